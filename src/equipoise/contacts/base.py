@@ -1,0 +1,66 @@
+"""What every contact kind provides: rows, drift, residual, and which of its rows are regulated."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from equipoise.errors import NameNotFoundError
+from equipoise.kinematics import Kinematics
+from equipoise.spatial import Array
+
+WRENCH_LABELS = ("fx", "fy", "fz", "mx", "my", "mz")
+WRENCH_UNITS = ("N", "N", "N", "N m", "N m", "N m")
+
+
+@dataclass(frozen=True)
+class Contact(ABC):
+    """A holonomic constraint `phi(q) = 0` with multiplier `lam`, world on robot.
+
+    `name` names it in logs and errors. `supporting`: it may carry any reaction and takes part in
+    carrying the base. `regulated`: labels of the rows whose multiplier follows a wanted profile.
+
+    Source: eq. (13). Differs from the print: none.
+    """
+
+    name: str
+    supporting: bool = False
+    regulated: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for label in self.regulated:
+            if label not in self.labels:
+                raise NameNotFoundError(f"row of contact {self.name!r} named", label, self.labels)
+
+    @property
+    @abstractmethod
+    def labels(self) -> tuple[str, ...]:
+        """Name of each row's multiplier."""
+
+    @property
+    @abstractmethod
+    def units(self) -> tuple[str, ...]:
+        """Unit of each row's multiplier."""
+
+    @abstractmethod
+    def jacobian(self, kin: Kinematics) -> Array:
+        """Return `J` (k, nv): the rows `J v = 0`."""
+
+    @abstractmethod
+    def drift(self, kin: Kinematics) -> Array:
+        """Return `dJ/dt v` (k,)."""
+
+    @abstractmethod
+    def residual(self, kin: Kinematics) -> Array:
+        """Return `phi` (k,), with `d phi / dt = J v` where `phi` is small."""
+
+    def reaction_costs(self, friction: float) -> Array:
+        """Return what a unit of each row's multiplier costs (k,) when the base is carried."""
+        return np.ones(self.size)
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return len(self.labels)

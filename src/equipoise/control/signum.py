@@ -1,0 +1,41 @@
+"""The sign function that stands under the integrals of (22d) and (23d), and its smooth kin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from equipoise.errors import InputError
+from equipoise.spatial import Array
+
+SignKind = Literal["sign", "tanh", "saturation"]
+
+
+@dataclass(frozen=True)
+class SignFunction:
+    """`sgn`, `tanh(x / layer)` or `clip(x / layer, -1, 1)`, by component.
+
+    Inside the boundary layer the integral of the last two is a linear integrator of gain
+    `k_i / layer`; a layer thinner than about `k_i dt` only chatters.
+    """
+
+    kind: SignKind = "sign"
+    layer: float = 0.02
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("sign", "tanh", "saturation"):
+            raise InputError(
+                "unknown sign function", given=self.kind, known=("sign", "tanh", "saturation")
+            )
+        if self.kind != "sign" and not self.layer > 0.0:
+            raise InputError("the boundary layer must be positive", given=self.layer)
+
+    def __call__(self, x: Array) -> Array:
+        """Return the sign of `x` by component, in [-1, 1]."""
+        if self.kind == "sign":
+            return np.sign(x)
+        if self.kind == "tanh":
+            return np.tanh(x / self.layer)
+        return np.minimum(np.maximum(x / self.layer, -1.0), 1.0)

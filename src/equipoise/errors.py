@@ -1,0 +1,110 @@
+"""The exceptions of Equipoise, one tree.
+
+EquipoiseError
+├── InputError             a person can fix it: says what was given, what exists, what to do
+│   ├── NameNotFoundError  a name (frame, joint, task, robot, ...) that does not exist
+│   ├── ShapeError         an array of the wrong shape
+│   ├── NonFiniteError     a NaN or an infinity where a number was wanted
+│   ├── RobotFileError     a robot description that cannot be trusted
+│   └── ScenarioError      a scenario file with a wrong key or value
+└── RunLogError            a run folder or log that cannot be written or read
+
+A numerical outcome inside the control loop is never an exception but a status (see `hqp.Solution`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class EquipoiseError(Exception):
+    """Base of every error that Equipoise raises on purpose."""
+
+
+class InputError(EquipoiseError):
+    """An input that a person can correct.
+
+    Attributes: `problem` (what is wrong), `given` (what was given), `known` (what exists),
+    `remedy` (what to do). The message is put together from them.
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        given: object = None,
+        known: Iterable[str] = (),
+        remedy: str = "",
+    ) -> None:
+        self.problem = problem
+        self.given = given
+        self.known = tuple(known)
+        self.remedy = remedy
+        super().__init__(self._compose())
+
+    def _compose(self) -> str:
+        parts = [self.problem.rstrip(".") + "."]
+        if self.given is not None:
+            parts.append(f"Given: {self.given!r}.")
+        if self.known:
+            parts.append(f"Known: {', '.join(self.known)}.")
+        if self.remedy:
+            parts.append(self.remedy if self.remedy[-1] in ".?!" else f"{self.remedy}.")
+        return " ".join(parts)
+
+
+class NameNotFoundError(InputError):
+    """A name that does not exist; the message offers the nearest ones that do."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], *, remedy: str = "") -> None:
+        names = sorted(known)
+        near = get_close_matches(name, names, n=3)
+        hint = f"Did you mean {' or '.join(repr(n) for n in near)}?" if near else ""
+        super().__init__(
+            f"There is no {kind} {name!r}",
+            known=names if len(names) <= 40 else [*names[:40], "..."],
+            remedy=" ".join(part for part in (hint, remedy) if part),
+        )
+        self.kind = kind
+        self.name = name
+
+
+class ShapeError(InputError):
+    """An array whose shape is not the wanted one."""
+
+    def __init__(self, name: str, given: tuple[int, ...], wanted: tuple[int | str, ...]) -> None:
+        super().__init__(f"{name} has shape {given}, wanted {wanted}")
+        self.name = name
+
+
+class NonFiniteError(InputError):
+    """A NaN or an infinity where a finite number is needed."""
+
+
+class RobotFileError(InputError):
+    """A robot description that cannot be trusted; names the link or joint and the remedy."""
+
+
+class ScenarioError(InputError):
+    """A scenario with a wrong key or value; `path` says where, `line` the line if known."""
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        path: str = "",
+        line: int | None = None,
+        given: object = None,
+        known: Iterable[str] = (),
+        remedy: str = "",
+    ) -> None:
+        self.path = path
+        self.line = line
+        where = f"line {line}, " if line is not None else ""
+        prefix = f"{where}{path}: " if path else where
+        super().__init__(prefix + problem, given=given, known=known, remedy=remedy)
+
+
+class RunLogError(EquipoiseError):
+    """A run folder or a log that cannot be written or read."""

@@ -1,0 +1,136 @@
+"""Kinematics of one robot at one state: evaluated once a tick, read-only afterwards.
+
+Nothing here reads a mass or an inertia except the centre of mass, which is only offered when it
+is asked for: a controller that never asks is free of the dynamic model.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.errors import EquipoiseError, NonFiniteError, ShapeError
+from equipoise.robots import Robot
+from equipoise.spatial import Array
+
+_WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+
+
+class StaleKinematicsError(EquipoiseError):
+    """A `Kinematics` was read after its evaluator had moved on to another state."""
+
+
+class KinematicsEvaluator:
+    """Computes `Kinematics`, reusing the buffers of one robot.
+
+    Only the newest `Kinematics` of an evaluator may be read; an older one raises
+    `StaleKinematicsError` instead of answering for the wrong state.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.pin_data = robot.model.createData()
+        self.stamp = 0
+
+    def at(self, q: Array, v: Array) -> Kinematics:
+        """Evaluate the kinematics at configuration `q` (nq,) and velocity `v` (nv,).
+
+        Raises: `ShapeError`; `NonFiniteError` if the state holds a NaN or an infinity.
+        """
+        robot = self.robot
+        if q.shape != (robot.nq,):
+            raise ShapeError("q", q.shape, (robot.nq,))
+        if v.shape != (robot.nv,):
+            raise ShapeError("v", v.shape, (robot.nv,))
+        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+            raise NonFiniteError("the state (q, v) holds a NaN or an infinity")
+        self.stamp += 1
+        return Kinematics(self, q, v)
+
+
+class Kinematics:
+    """Placements, Jacobians and drifts at exactly the state (`q`, `v`)."""
+
+    def __init__(self, evaluator: KinematicsEvaluator, q: Array, v: Array) -> None:
+        self._evaluator = evaluator
+        self._stamp = evaluator.stamp
+        self.robot = evaluator.robot
+        self.q = _frozen(q)
+        self.v = _frozen(v)
+        self._has_drift = False
+        self._com: tuple[Array, Array] | None = None
+        self._jacobians: dict[int, Array] = {}
+        model, data = self.robot.model, evaluator.pin_data
+        pin.computeJointJacobians(model, data, self.q)
+        pin.updateFramePlacements(model, data)
+
+    @property
+    def pin_data(self) -> pin.Data:
+        """Pinocchio's buffers at this state; `oMi`, `oMf` and `J` are up to date."""
+        if self._stamp != self._evaluator.stamp:
+            raise StaleKinematicsError(
+                "this Kinematics is older than its evaluator's newest one; keep what you need "
+                "from it, or use a KinematicsEvaluator of your own"
+            )
+        return self._evaluator.pin_data
+
+    def placement(self, frame_id: int) -> pin.SE3:
+        """Return `T_world_frame`, a copy."""
+        return self.pin_data.oMf[frame_id].copy()
+
+    def jacobian(self, frame_id: int) -> Array:
+        """Return the Jacobian (6, nv) of a frame: velocity of its origin, then angular velocity.
+
+        Both are in world axes: `[p_dot; omega] = jacobian @ v`.
+        """
+        J = self._jacobians.get(frame_id)
+        if J is None:
+            J = pin.getFrameJacobian(self.robot.model, self.pin_data, frame_id, _WORLD_ALIGNED)
+            J.flags.writeable = False
+            self._jacobians[frame_id] = J
+        return J
+
+    def point_jacobian(self, joint_id: int, p_world: Array) -> Array:
+        """Return the Jacobian (3, nv) of the body point that now lies at `p_world` (3,) [m]."""
+        if joint_id == 0:
+            return np.zeros((3, self.robot.nv))
+        J = pin.getJointJacobian(self.robot.model, self.pin_data, joint_id, _WORLD_ALIGNED)
+        lever = p_world - self.pin_data.oMi[joint_id].translation
+        return J[:3] - pin.skew(lever) @ J[3:]
+
+    def twist(self, frame_id: int) -> Array:
+        """Return (6,): velocity of the frame's origin [m/s], angular velocity [rad/s], world axes."""
+        return self.jacobian(frame_id) @ self.v
+
+    def drift(self, frame_id: int) -> Array:
+        """Return `dJ/dt v` (6,) of `jacobian(frame_id)`: its acceleration at zero `dv/dt`."""
+        data = self.pin_data
+        if not self._has_drift:
+            pin.forwardKinematics(self.robot.model, data, self.q, self.v, np.zeros(self.robot.nv))
+            self._has_drift = True
+        return pin.getFrameClassicalAcceleration(
+            self.robot.model, data, frame_id, _WORLD_ALIGNED
+        ).vector
+
+    @property
+    def p_world_com(self) -> Array:
+        """Centre of mass (3,) [m] in world axes."""
+        return self._centre_of_mass()[0]
+
+    @property
+    def J_com(self) -> Array:
+        """Jacobian (3, nv) of the centre of mass: `d p_world_com / dt = J_com v`."""
+        return self._centre_of_mass()[1]
+
+    def _centre_of_mass(self) -> tuple[Array, Array]:
+        if self._com is None:
+            data = self.pin_data
+            J_com = pin.jacobianCenterOfMass(self.robot.model, data, self.q).copy()
+            self._com = (_frozen(data.com[0]), _frozen(J_com))
+        return self._com
+
+
+def _frozen(array: Array) -> Array:
+    copy = np.array(array, dtype=float)
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,6 @@
+"""Motion generation: tasks and contacts in, posture and velocity references out."""
+
+from equipoise.motion.generator import MotionGenerator, MotionStep
+from equipoise.motion.posture import PostureNotFoundError, solve_posture
+
+__all__ = ["MotionGenerator", "MotionStep", "PostureNotFoundError", "solve_posture"]

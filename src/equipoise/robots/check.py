@@ -1,0 +1,57 @@
+"""Says everything that is wrong with a robot description, for a person who wants to mend it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from equipoise.errors import InputError
+from equipoise.robots.check_tree import check_tree
+from equipoise.robots.description import read_description
+from equipoise.robots.finding import ERROR, WARNING, Finding
+from equipoise.robots.load import companion, load_robot
+from equipoise.robots.robot import Robot
+from equipoise.robots.srdf import read_srdf
+
+
+def check_urdf(
+    path: str | Path,
+    *,
+    srdf_path: str | Path | None = None,
+    extras_path: str | Path | None = None,
+    package_dirs: Sequence[str | Path] = (),
+) -> list[Finding]:
+    """Return all errors and warnings of a URDF and the files beside it; empty means sound.
+
+    Never raises for a bad file: what `load_robot` would raise is among the findings.
+    """
+    urdf = Path(path)
+    try:
+        tree = read_description(urdf)
+    except InputError as error:
+        return [Finding(ERROR, urdf.name, str(error).rstrip("."))]
+    _, findings = check_tree(tree, urdf, package_dirs)
+    if any(finding.severity == ERROR for finding in findings):
+        return findings
+    try:
+        robot = load_robot(
+            urdf, srdf_path=srdf_path, extras_path=extras_path, package_dirs=package_dirs
+        )
+    except InputError as error:
+        return [*findings, Finding(ERROR, urdf.name, str(error).rstrip("."))]
+    findings += _unknown_links(urdf, srdf_path, robot)
+    if not robot.soles:
+        remedy = f"List the soles in {urdf.with_suffix('.yaml').name}"
+        findings.append(Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy))
+    return findings
+
+
+def _unknown_links(urdf: Path, srdf_path: str | Path | None, robot: Robot) -> list[Finding]:
+    """Warn of disabled collision pairs with a link that does not exist: they disable nothing."""
+    srdf = companion(urdf, srdf_path, ".srdf")
+    pairs = read_srdf(srdf).disabled_pairs if srdf else ()
+    unknown = sorted({link for pair in pairs for link in pair} - set(robot.frame_names))
+    return [
+        Finding(WARNING, f"{srdf.name}, link {link!r}", "no such link", "Correct its name")
+        for link in unknown
+    ]

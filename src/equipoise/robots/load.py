@@ -1,0 +1,139 @@
+"""Loads a robot: check the text, build with Pinocchio, check the model, wrap it frozen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.errors import NameNotFoundError, RobotFileError
+from equipoise.robots.build import (
+    add_collision_pairs,
+    build_geometry,
+    build_model,
+    neighbouring_links,
+)
+from equipoise.robots.check_model import check_model
+from equipoise.robots.check_tree import check_tree
+from equipoise.robots.description import read_description
+from equipoise.robots.extras import Extras, read_extras
+from equipoise.robots.finding import raise_errors
+from equipoise.robots.robot import (
+    NQ_BASE,
+    Palm,
+    Robot,
+    Sole,
+    require_actuated_joints_of_one_dof,
+)
+from equipoise.robots.srdf import Semantics, read_srdf
+
+HALF_SITTING = "half_sitting"
+
+
+def load_robot(
+    urdf_path: str | Path,
+    *,
+    srdf_path: str | Path | None = None,
+    extras_path: str | Path | None = None,
+    package_dirs: Sequence[str | Path] = (),
+) -> Robot:
+    """Load a robot from a URDF, adding a free base.
+
+    The SRDF (postures, pairs of links that need no collision check) and the extras (soles, palms,
+    camera) are taken from files of the same stem beside the URDF when they are not given; both
+    may be missing. `package_dirs` are folders that hold the packages of package:// paths.
+
+    Raises: RobotFileError, NameNotFoundError.
+    """
+    urdf = Path(urdf_path)
+    tree = read_description(urdf)
+    checked, findings = check_tree(tree, urdf, package_dirs)
+    raise_errors(urdf, findings)
+    srdf = companion(urdf, srdf_path, ".srdf")
+    yaml = companion(urdf, extras_path, ".yaml")
+    semantics = read_srdf(srdf) if srdf else None
+    extras = read_extras(yaml) if yaml else Extras()
+
+    model = build_model(checked)
+    require_actuated_joints_of_one_dof(model)
+    capsules = extras.cylinders_are_capsules
+    collision = build_geometry(checked, model, pin.GeometryType.COLLISION, as_capsules=capsules)
+    visual = build_geometry(checked, model, pin.GeometryType.VISUAL, as_capsules=capsules)
+    disabled = semantics.disabled_pairs if semantics else neighbouring_links(model, collision)
+    add_collision_pairs(model, collision, disabled)
+    soles = tuple(Sole(**entry.model_dump()) for entry in extras.soles)
+    q = half_sitting_configuration(model, _posture(extras, semantics), soles)
+    raise_errors(urdf, check_model(model, q))
+    return Robot(
+        name=extras.name or tree.get("name") or urdf.stem,
+        model=model,
+        collision_model=collision,
+        visual_model=visual,
+        urdf_path=urdf.resolve(),
+        soles=soles,
+        palms=tuple(Palm(**entry.model_dump()) for entry in extras.palms),
+        camera=extras.camera,
+        q_half_sitting=q,
+    )
+
+
+def half_sitting_configuration(
+    model: pin.Model, posture: dict[str, float], soles: tuple[Sole, ...]
+) -> np.ndarray:
+    """Return q (nq,): upright base, the soles' lowest corner at z = 0, middle at x = y = 0.
+
+    Joints that the posture does not name are at zero, or at the nearest limit to it.
+
+    Raises: NameNotFoundError for a joint or sole frame that does not exist.
+    """
+    q = pin.neutral(model)
+    q[NQ_BASE:] = np.clip(
+        0.0, model.lowerPositionLimit[NQ_BASE:], model.upperPositionLimit[NQ_BASE:]
+    )
+    names = list(model.names)
+    for joint, angle in posture.items():
+        if joint not in names[2:]:
+            raise NameNotFoundError(
+                "actuated joint (named by the half-sitting posture)", joint, names[2:]
+            )
+        q[model.joints[names.index(joint)].idx_q] = angle
+    if soles:
+        q[:3] -= _middle_and_floor(model, q, soles)
+    return q
+
+
+def _middle_and_floor(model: pin.Model, q: np.ndarray, soles: tuple[Sole, ...]) -> np.ndarray:
+    """Return the x and y of the soles' middle and the z of their lowest corner [m], world axes."""
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    frames = {frame.name: index for index, frame in enumerate(model.frames)}
+    origins, corners = [], []
+    for sole in soles:
+        if sole.frame not in frames:
+            raise NameNotFoundError(f"frame (wanted by sole {sole.name!r})", sole.frame, frames)
+        placement = data.oMf[frames[sole.frame]]
+        origins.append(placement.translation.copy())
+        corners += [placement.act(corner) for corner in sole.corners]
+    middle = np.mean(origins, axis=0)
+    return np.array([middle[0], middle[1], min(corner[2] for corner in corners)])
+
+
+def _posture(extras: Extras, semantics: Semantics | None) -> dict[str, float]:
+    if extras.half_sitting is not None:
+        return dict(extras.half_sitting)
+    return semantics.postures.get(HALF_SITTING, {}) if semantics else {}
+
+
+def companion(urdf: Path, given: str | Path | None, suffix: str) -> Path | None:
+    """Return the given path, or the file of the same stem beside the URDF, or None."""
+    if given is not None:
+        path = Path(given)
+        if not path.is_file():
+            raise RobotFileError(
+                f"There is no file {path}", remedy=f"Give the {suffix} file's path"
+            )
+        return path
+    sibling = urdf.with_suffix(suffix)
+    return sibling if sibling.is_file() else None

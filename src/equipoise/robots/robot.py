@@ -1,0 +1,250 @@
+"""The frozen robot that every other room is given: names, limits, frames, soles and palms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.errors import InputError, NameNotFoundError, NonFiniteError, RobotFileError
+
+BASE_VELOCITY_NAMES = ("base_x", "base_y", "base_z", "base_roll", "base_pitch", "base_yaw")
+NQ_BASE = 7
+NV_BASE = 6
+
+
+@dataclass(frozen=True)
+class Sole:
+    """A flat rectangle that may stand on the ground: z of `frame` points up out of the ground.
+
+    The bounds [m] are in the axes of `frame`; the rectangle lies in its plane z = 0.
+    """
+
+    name: str
+    frame: str
+    x_min: float
+    x_max: float
+    y_min: float
+    y_max: float
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Return the corners [m] (4, 3) in the sole frame, anticlockwise seen from above."""
+        x0, x1, y0, y1 = self.x_min, self.x_max, self.y_min, self.y_max
+        return _read_only([[x1, y1, 0.0], [x0, y1, 0.0], [x0, y0, 0.0], [x1, y0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Palm:
+    """A hand's contact frame: x along the fingers, z the palm's normal out of the hand."""
+
+    name: str
+    frame: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Robot:
+    """Hold a checked robot with a free base.
+
+    Configurations q (nq,) are [base position, base quaternion xyzw, joints]; velocities v (nv,)
+    are [base linear, base angular, both in base axes, joint rates]. Build it with `get_robot` or
+    `load_robot`. Treat `model` and the geometry models as read-only: copies with other masses
+    come from `scaled`, `with_payload` and `with_unit_inertias`.
+    """
+
+    name: str
+    model: pin.Model
+    collision_model: pin.GeometryModel
+    visual_model: pin.GeometryModel
+    urdf_path: Path
+    soles: tuple[Sole, ...]
+    palms: tuple[Palm, ...]
+    camera: str | None
+    q_half_sitting: np.ndarray
+
+    def __post_init__(self) -> None:
+        require_actuated_joints_of_one_dof(self.model)
+        object.__setattr__(self, "q_half_sitting", _read_only(self.q_half_sitting))
+        for frame in [*(s.frame for s in self.soles), *(p.frame for p in self.palms)]:
+            self.frame_id(frame)
+        if self.camera is not None:
+            self.frame_id(self.camera)
+
+    def __repr__(self) -> str:
+        return f"Robot({self.name!r}, {self.na} joints, {self.mass:.3f} kg, {self.urdf_path})"
+
+    @property
+    def nq(self) -> int:
+        """Return the length of a configuration."""
+        return self.model.nq
+
+    @property
+    def nv(self) -> int:
+        """Return the length of a velocity."""
+        return self.model.nv
+
+    @property
+    def na(self) -> int:
+        """Return the number of actuated joints."""
+        return self.model.nv - NV_BASE
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Return the actuated joints in the order of v[6:]."""
+        return tuple(self.model.names)[2:]
+
+    @cached_property
+    def velocity_names(self) -> tuple[str, ...]:
+        """Return a name for each entry of v."""
+        return (*BASE_VELOCITY_NAMES, *self.joint_names)
+
+    @cached_property
+    def frame_names(self) -> tuple[str, ...]:
+        """Return the names of all frames."""
+        return tuple(frame.name for frame in self.model.frames)
+
+    @cached_property
+    def q_min(self) -> np.ndarray:
+        """Return the lower joint limits [rad or m] (na,)."""
+        return _read_only(self.model.lowerPositionLimit[NQ_BASE:])
+
+    @cached_property
+    def q_max(self) -> np.ndarray:
+        """Return the upper joint limits [rad or m] (na,)."""
+        return _read_only(self.model.upperPositionLimit[NQ_BASE:])
+
+    @cached_property
+    def v_max(self) -> np.ndarray:
+        """Return the joint speed limits [rad/s or m/s] (na,), all positive."""
+        return _read_only(self.model.upperVelocityLimit[NV_BASE:])
+
+    @cached_property
+    def tau_max(self) -> np.ndarray:
+        """Return the joint torque limits [N m or N] (na,), all positive."""
+        return _read_only(self.model.upperEffortLimit[NV_BASE:])
+
+    @cached_property
+    def mass(self) -> float:
+        """Return the total mass [kg]."""
+        return float(sum(inertia.mass for inertia in self.model.inertias[1:]))
+
+    def frame_id(self, name: str) -> int:
+        """Return Pinocchio's index of a frame.
+
+        Raises: NameNotFoundError.
+        """
+        if name not in self._frame_ids:
+            raise NameNotFoundError(f"frame on robot {self.name}:", name, self._frame_ids)
+        return self._frame_ids[name]
+
+    def joint_index(self, name: str) -> int:
+        """Return where a joint stands among the actuated ones, 0 <= index < na.
+
+        Raises: NameNotFoundError.
+        """
+        if name not in self.joint_names:
+            raise NameNotFoundError(f"actuated joint on robot {self.name}:", name, self.joint_names)
+        return self.joint_names.index(name)
+
+    def sole(self, name: str) -> Sole:
+        """Return a sole by name.
+
+        Raises: NameNotFoundError.
+        """
+        return _by_name(f"sole on robot {self.name}:", name, self.soles)
+
+    def palm(self, name: str) -> Palm:
+        """Return a palm by name.
+
+        Raises: NameNotFoundError.
+        """
+        return _by_name(f"palm on robot {self.name}:", name, self.palms)
+
+    def with_unit_inertias(self) -> Robot:
+        """Return a copy whose every moving link has mass 1 [kg] and inertia identity [kg m^2]."""
+        unit = pin.Inertia(1.0, np.zeros(3), np.eye(3))
+        return self._with_inertias(lambda inertia: unit)
+
+    def scaled(self, mass_scale: float) -> Robot:
+        """Return a copy whose masses and inertias are multiplied by `mass_scale`.
+
+        Raises: InputError, NonFiniteError.
+        """
+        scale = _require_finite("mass_scale", mass_scale)
+        if scale <= 0.0:
+            raise InputError("mass_scale must be positive", given=mass_scale)
+        return self._with_inertias(
+            lambda inertia: pin.Inertia(
+                scale * inertia.mass, inertia.lever, scale * inertia.inertia
+            )
+        )
+
+    def with_payload(
+        self, frame: str, mass: float, com_in_frame: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> Robot:
+        """Return a copy that carries a point mass [kg] at `com_in_frame` [m] of a frame.
+
+        Raises: NameNotFoundError, InputError, NonFiniteError.
+        """
+        if _require_finite("payload mass", mass) < 0.0:
+            raise InputError("A payload's mass must not be negative", given=mass)
+        com = np.array([_require_finite("com_in_frame", x) for x in com_in_frame])
+        if com.shape != (3,):
+            raise InputError("com_in_frame needs three numbers [m]", given=com_in_frame)
+        carrier = self.model.frames[self.frame_id(frame)]
+        payload = pin.Inertia(float(mass), carrier.placement.act(com), np.zeros((3, 3)))
+        model = self.model.copy()
+        model.inertias[carrier.parentJoint] = model.inertias[carrier.parentJoint] + payload
+        return replace(self, model=model)
+
+    def _with_inertias(self, change: Callable[[pin.Inertia], pin.Inertia]) -> Robot:
+        model = self.model.copy()
+        for joint in range(1, model.njoints):
+            model.inertias[joint] = change(model.inertias[joint])
+        return replace(self, model=model)
+
+    @cached_property
+    def _frame_ids(self) -> dict[str, int]:
+        # A joint and a link may share a name: the link's frame (the later one) is meant.
+        return {frame.name: index for index, frame in enumerate(self.model.frames)}
+
+
+def require_actuated_joints_of_one_dof(model: pin.Model) -> None:
+    """Refuse a model that is not a free base followed by joints with one q and one v each.
+
+    Raises: RobotFileError.
+    """
+    if model.njoints < 2 or model.joints[1].nq != NQ_BASE or model.joints[1].nv != NV_BASE:
+        raise RobotFileError(
+            "The model has no free base", remedy="Load it with load_robot, which adds one"
+        )
+    for joint, name in zip(model.joints[2:], list(model.names)[2:], strict=True):
+        if joint.nq != 1 or joint.nv != 1:
+            raise RobotFileError(
+                f"Joint {name!r} has {joint.nq} coordinates and {joint.nv} speeds, wanted 1 and 1",
+                given=joint.shortname(),
+                remedy="Make it revolute or prismatic with limits, or fixed",
+            )
+
+
+def _by_name(kind: str, name: str, things: tuple) -> object:
+    for thing in things:
+        if thing.name == name:
+            return thing
+    raise NameNotFoundError(kind, name, [thing.name for thing in things])
+
+
+def _read_only(values: object) -> np.ndarray:
+    array = np.array(values, dtype=float)
+    array.setflags(write=False)
+    return array
+
+
+def _require_finite(what: str, value: float) -> float:
+    if not np.isfinite(value):
+        raise NonFiniteError(f"{what} is not finite", given=value)
+    return float(value)

@@ -1,0 +1,59 @@
+"""The only SE(3)/SO(3) algebra of ours: thin functions over Pinocchio.
+
+Conventions: `T_a_b` maps coordinates in b to coordinates in a; a twist is (linear, angular).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def pose(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> pin.SE3:
+    """Return the placement with translation `xyz` [m] and roll-pitch-yaw angles `rpy` [rad].
+
+    The rotation is R_z(yaw) R_y(pitch) R_x(roll), as in URDF.
+    """
+    return pin.SE3(pin.rpy.rpyToMatrix(*map(float, rpy)), np.asarray(xyz, dtype=float))
+
+
+def skew(p: Array) -> Array:
+    """Return [p x], the (3, 3) matrix with [p x] y = p x y."""
+    return pin.skew(p)
+
+
+def rotation_error(R_ref: Array, R: Array) -> Array:
+    """Return the rotation vector [rad] (3,), in world axes, that carries R to R_ref.
+
+    Both rotations map body axes to world axes. Turning with the world angular velocity
+    `rate * rotation_error` shrinks the error exponentially with that rate.
+    """
+    return pin.log3(R_ref @ R.T)
+
+
+def pose_error(T_ref: pin.SE3, T: pin.SE3) -> Array:
+    """Return (6,): position error [m] and rotation error [rad], both in world axes, T to T_ref."""
+    error = np.empty(6)
+    error[:3] = T_ref.translation - T.translation
+    error[3:] = rotation_error(T_ref.rotation, T.rotation)
+    return error
+
+
+def velocity_transport(q: Array, q_ref: Array, v_ref: Array) -> Array:
+    """Express a reference velocity in the base axes of the actual configuration.
+
+    Args: `q`, `q_ref` (nq,) free-flyer configurations; `v_ref` (nv,), its first six entries the
+    base twist in base axes of `q_ref`. Returns `Ad v_ref` (nv,): the same motion of the base as
+    seen from the base frame of `q`, so that `v - Ad v_ref` is a difference of like things.
+    """
+    T_world_base = pin.XYZQUATToSE3(q[:7])
+    T_world_ref = pin.XYZQUATToSE3(q_ref[:7])
+    v = v_ref.copy()
+    twist = T_world_base.actInv(T_world_ref).act(pin.Motion(v_ref[:6]))
+    v[:6] = twist.vector
+    return v

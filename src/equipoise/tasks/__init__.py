@@ -1,0 +1,35 @@
+"""Tasks: each turns a kinematic state and a time into rows of a hierarchy. One file a task."""
+
+from equipoise.tasks.avoidance import AvoidanceTask
+from equipoise.tasks.base import Task
+from equipoise.tasks.com_polygon import ComPolygonTask
+from equipoise.tasks.contact_rows import ContactTask
+from equipoise.tasks.frame_pose import FramePoseTask
+from equipoise.tasks.gaze import GazeTask
+from equipoise.tasks.joint_limits import JointLimitsTask
+from equipoise.tasks.posture import PostureTask
+from equipoise.tasks.trajectory import (
+    AttachedTrajectory,
+    FixedPose,
+    PoseSample,
+    PoseTrajectory,
+    Waypoint,
+    WaypointTrajectory,
+)
+
+__all__ = [
+    "AttachedTrajectory",
+    "AvoidanceTask",
+    "ComPolygonTask",
+    "ContactTask",
+    "FixedPose",
+    "FramePoseTask",
+    "GazeTask",
+    "JointLimitsTask",
+    "PoseSample",
+    "PoseTrajectory",
+    "PostureTask",
+    "Task",
+    "Waypoint",
+    "WaypointTrajectory",
+]

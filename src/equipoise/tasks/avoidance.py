@@ -1,0 +1,78 @@
+"""Distances of pairs of bodies stay above a security distance: velocity damping."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from equipoise.errors import InputError
+from equipoise.hqp import Rows
+from equipoise.kinematics import Kinematics
+from equipoise.spatial import Array
+from equipoise.tasks.base import Task
+from equipoise.world import DistanceEvaluator, Pair, PairDistance, Scene
+
+
+class AvoidanceTask(Task):
+    """Damp the approach of each pair: `d/dt distance >= -damping (distance - d_s) / (d_i - d_s)`.
+
+    The bound acts below the influence distance `d_i` [m]; the security distance `d_s` [m] is
+    approached exponentially and not crossed while `damping * dt <= d_i - d_s`. `damping` [m/s] is
+    the approach speed that is still allowed at `d_i`.
+    Source: section V (Faverjon and Tournassoud 1987); a bound on velocity, not on displacement.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        scene: Scene,
+        pairs: Sequence[Pair],
+        *,
+        influence: float = 0.10,
+        security: float = 0.02,
+        damping: float = 0.5,
+    ) -> None:
+        super().__init__(name)
+        if not 0.0 <= security < influence:
+            raise InputError(
+                f"task {name!r} needs 0 <= security < influence", given=(security, influence)
+            )
+        self.pairs = tuple(pairs)
+        self.influence = influence
+        self.security = security
+        self.damping = damping
+        self._distances = DistanceEvaluator(scene, pairs)
+        self._upper = np.full(len(self.pairs), np.inf)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The names of the pairs."""
+        return tuple(pair.name for pair in self.pairs)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Metres."""
+        return ("m",) * len(self.pairs)
+
+    def rows(self, kin: Kinematics, t: float) -> Rows:
+        """Return one lower-bounded row a pair; pairs beyond the influence distance are free."""
+        A = np.zeros((len(self.pairs), kin.robot.nv))
+        lower = np.full(len(self.pairs), -np.inf)
+        slope = self.damping / (self.influence - self.security)
+        for k, pair in enumerate(self._distances.evaluate(kin)):
+            if pair.distance < self.influence:
+                A[k] = distance_jacobian(kin, self._distances.joints[k], pair)
+                lower[k] = -slope * (pair.distance - self.security)
+        return Rows(self.name, "m/s", self.labels, A, lower, self._upper)
+
+    def error(self, kin: Kinematics, t: float) -> Array:
+        """Return how far [m] each pair is below the security distance."""
+        return np.maximum(0.0, self.security - self._distances.distances(kin))
+
+
+def distance_jacobian(kin: Kinematics, joints: tuple[int, int], pair: PairDistance) -> Array:
+    """Return the row (nv,) whose product with v is the rate [m/s] of the pair's distance."""
+    first, second = joints
+    row = pair.normal @ kin.point_jacobian(second, pair.p_world_second)
+    return row - pair.normal @ kin.point_jacobian(first, pair.p_world_first)

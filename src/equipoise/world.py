@@ -1,0 +1,191 @@
+"""What surrounds the robot: boxes fixed in the world and objects held in a hand, and distances.
+
+`Scene` joins them with the robot's collision shapes in one Coal geometry model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from equipoise.errors import InputError, NameNotFoundError
+from equipoise.kinematics import Kinematics
+from equipoise.robots import Robot
+from equipoise.spatial import Array
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A box or an upright cylinder: `size` is (x, y, z) or (diameter, diameter, height) [m]."""
+
+    kind: str
+    size: tuple[float, float, float]
+    T_body_shape: pin.SE3
+    rgba: tuple[float, float, float, float] = (0.7, 0.6, 0.45, 1.0)
+
+    def geometry(self) -> coal.CollisionGeometry:
+        """Return the Coal shape."""
+        if self.kind == "box":
+            return coal.Box(*self.size)
+        return coal.Cylinder(self.size[0] / 2.0, self.size[2])
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body of the world: fixed (`frame` None) or carried by a frame of the robot.
+
+    `T_parent_body` is relative to the world or to that frame.
+    """
+
+    name: str
+    shapes: tuple[Shape, ...]
+    T_parent_body: pin.SE3
+    frame: str | None = None
+
+
+@dataclass(frozen=True)
+class PairDistance:
+    """Distance [m] of a pair of shapes, its witness points and normal in world axes.
+
+    The normal points from the first to the second shape, so the rate of `distance` is
+    `normal . (velocity of the second point - velocity of the first)`. Negative: penetration.
+    """
+
+    distance: float
+    p_world_first: Array
+    p_world_second: Array
+    normal: Array
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two bodies by name; the distance of the pair is the least one over their shapes."""
+
+    first: str
+    second: str
+
+    @property
+    def name(self) -> str:
+        """Return "first - second"."""
+        return f"{self.first} - {self.second}"
+
+
+class Scene:
+    """The collision shapes of robot and world, by body name.
+
+    A robot body is named by its link (all its shapes belong to it), a world body by its name.
+    """
+
+    def __init__(self, robot: Robot, bodies: Sequence[Body] = ()) -> None:
+        self.robot = robot
+        self.bodies = tuple(bodies)
+        self.geometry = pin.GeometryModel()
+        self._shapes: dict[str, list[int]] = {}
+        for shape in robot.collision_model.geometryObjects:
+            copy = shape.copy()
+            link = robot.model.frames[shape.parentFrame].name
+            self._add(link, copy)
+        for body in self.bodies:
+            self._add_body(body)
+
+    def _add(self, body: str, shape: pin.GeometryObject) -> None:
+        index = self.geometry.addGeometryObject(shape)
+        self._shapes.setdefault(body, []).append(index)
+
+    def _add_body(self, body: Body) -> None:
+        if body.name in self._shapes:
+            raise InputError(
+                "two bodies share a name", given=body.name, remedy="Rename the body of the world"
+            )
+        model = self.robot.model
+        if body.frame is None:
+            joint, frame_id, T_joint_frame = 0, 0, pin.SE3.Identity()
+        else:
+            frame_id = self.robot.frame_id(body.frame)
+            joint = model.frames[frame_id].parentJoint
+            T_joint_frame = model.frames[frame_id].placement
+        for i, shape in enumerate(body.shapes):
+            placement = T_joint_frame * body.T_parent_body * shape.T_body_shape
+            geometry = pin.GeometryObject(
+                f"{body.name}_{i}", joint, frame_id, placement, shape.geometry()
+            )
+            geometry.meshColor = np.array(shape.rgba)
+            self._add(body.name, geometry)
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of all bodies that have a shape."""
+        return tuple(self._shapes)
+
+    def pair(self, first: str, second: str) -> Pair:
+        """Return the pair of two bodies. Raises: `NameNotFoundError`."""
+        for name in (first, second):
+            if name not in self._shapes:
+                raise NameNotFoundError("body with a collision shape", name, self._shapes)
+        if first == second:
+            raise InputError("a body keeps no distance to itself", given=first)
+        return Pair(first, second)
+
+    def shapes_of(self, body: str) -> tuple[int, ...]:
+        """Return the indices in `geometry` of a body's shapes."""
+        return tuple(self._shapes[body])
+
+
+class DistanceEvaluator:
+    """Distances of chosen pairs of a scene, reusing Coal's buffers."""
+
+    def __init__(self, scene: Scene, pairs: Sequence[Pair]) -> None:
+        self.scene = scene
+        self.pairs = tuple(pairs)
+        self._geometry = scene.geometry.copy()
+        self._geometry.removeAllCollisionPairs()
+        self._rows: list[slice] = []
+        for pair in self.pairs:
+            start = len(self._geometry.collisionPairs)
+            for i in scene.shapes_of(pair.first):
+                for j in scene.shapes_of(pair.second):
+                    self._geometry.addCollisionPair(pin.CollisionPair(i, j))
+            self._rows.append(slice(start, len(self._geometry.collisionPairs)))
+        self._geometry_data = self._geometry.createData()
+        self.joints = [self._joints(pair) for pair in self.pairs]
+
+    def _joints(self, pair: Pair) -> tuple[int, int]:
+        objects = self.scene.geometry.geometryObjects
+        first = objects[self.scene.shapes_of(pair.first)[0]].parentJoint
+        second = objects[self.scene.shapes_of(pair.second)[0]].parentJoint
+        return first, second
+
+    def evaluate(self, kin: Kinematics) -> list[PairDistance]:
+        """Return the distance of every pair at the state of `kin`, in the order of `pairs`."""
+        self._update(kin)
+        results = self._geometry_data.distanceResults
+        return [_witness(results, rows) for rows in self._rows]
+
+    def distances(self, kin: Kinematics) -> Array:
+        """Return only the distances [m] (len(pairs),)."""
+        self._update(kin)
+        results = self._geometry_data.distanceResults
+        return np.array(
+            [min(results[k].min_distance for k in range(r.start, r.stop)) for r in self._rows]
+        )
+
+    def _update(self, kin: Kinematics) -> None:
+        model, data = self.scene.robot.model, kin.pin_data
+        pin.updateGeometryPlacements(model, data, self._geometry, self._geometry_data)
+        for k in range(len(self._geometry.collisionPairs)):
+            pin.computeDistance(self._geometry, self._geometry_data, k)
+
+
+def _witness(results: Sequence[coal.DistanceResult], rows: slice) -> PairDistance:
+    nearest = min(range(rows.start, rows.stop), key=lambda k: results[k].min_distance)
+    result = results[nearest]
+    return PairDistance(
+        result.min_distance,
+        np.array(result.getNearestPoint1()),
+        np.array(result.getNearestPoint2()),
+        np.array(result.normal),
+    )

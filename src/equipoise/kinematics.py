@@ -90,16 +90,20 @@ class Kinematics:
             self._jacobians[frame_id] = J
         return J
 
-    def point_jacobian(self, joint_id: int, p_world: Array) -> Array:
-        """Return the Jacobian (3, nv) of the body point that now lies at `p_world` (3,) [m]."""
+    def point_speed_row(self, joint_id: int, p_world: Array, direction: Array) -> Array:
+        """Return the row (nv,) that gives the speed along `direction` (3,) of a body point.
+
+        The point moves with joint `joint_id` (0: the world) and now lies at `p_world` (3,) [m].
+        """
         if joint_id == 0:
-            return np.zeros((3, self.robot.nv))
+            return np.zeros(self.robot.nv)
         J = pin.getJointJacobian(self.robot.model, self.pin_data, joint_id, _WORLD_ALIGNED)
         lever = p_world - self.pin_data.oMi[joint_id].translation
-        return J[:3] - pin.skew(lever) @ J[3:]
+        wrench = np.concatenate((direction, pin.skew(lever) @ direction))
+        return wrench @ J
 
     def twist(self, frame_id: int) -> Array:
-        """Return (6,): velocity of the frame's origin [m/s], angular velocity [rad/s], world axes."""
+        """Return (6,): velocity of the origin [m/s] and angular velocity [rad/s], world axes."""
         return self.jacobian(frame_id) @ self.v
 
     def drift(self, frame_id: int) -> Array:

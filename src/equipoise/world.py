@@ -143,6 +143,7 @@ class DistanceEvaluator:
         self.pairs = tuple(pairs)
         self._geometry = scene.geometry.copy()
         self._geometry.removeAllCollisionPairs()
+        self._nearest: list[int] = []
         self._rows: list[slice] = []
         for pair in self.pairs:
             start = len(self._geometry.collisionPairs)
@@ -159,33 +160,24 @@ class DistanceEvaluator:
         second = objects[self.scene.shapes_of(pair.second)[0]].parentJoint
         return first, second
 
-    def evaluate(self, kin: Kinematics) -> list[PairDistance]:
-        """Return the distance of every pair at the state of `kin`, in the order of `pairs`."""
-        self._update(kin)
-        results = self._geometry_data.distanceResults
-        return [_witness(results, rows) for rows in self._rows]
-
-    def distances(self, kin: Kinematics) -> Array:
-        """Return only the distances [m] (len(pairs),)."""
-        self._update(kin)
-        results = self._geometry_data.distanceResults
-        return np.array(
-            [min(results[k].min_distance for k in range(r.start, r.stop)) for r in self._rows]
-        )
-
-    def _update(self, kin: Kinematics) -> None:
+    def at(self, kin: Kinematics) -> Array:
+        """Return the distance [m] (len(pairs),) of every pair at the state of `kin`."""
         model, data = self.scene.robot.model, kin.pin_data
         pin.updateGeometryPlacements(model, data, self._geometry, self._geometry_data)
-        for k in range(len(self._geometry.collisionPairs)):
-            pin.computeDistance(self._geometry, self._geometry_data, k)
+        pin.computeDistances(self._geometry, self._geometry_data)
+        results = self._geometry_data.distanceResults
+        shape_distances = [result.min_distance for result in results]
+        self._nearest = [
+            min(range(r.start, r.stop), key=shape_distances.__getitem__) for r in self._rows
+        ]
+        return np.array([shape_distances[k] for k in self._nearest])
 
-
-def _witness(results: Sequence[coal.DistanceResult], rows: slice) -> PairDistance:
-    nearest = min(range(rows.start, rows.stop), key=lambda k: results[k].min_distance)
-    result = results[nearest]
-    return PairDistance(
-        result.min_distance,
-        np.array(result.getNearestPoint1()),
-        np.array(result.getNearestPoint2()),
-        np.array(result.normal),
-    )
+    def witness(self, pair: int) -> PairDistance:
+        """Return distance, points and normal of a pair (its index) at the last state given to `at`."""
+        result = self._geometry_data.distanceResults[self._nearest[pair]]
+        return PairDistance(
+            result.min_distance,
+            np.array(result.getNearestPoint1()),
+            np.array(result.getNearestPoint2()),
+            np.array(result.normal),
+        )

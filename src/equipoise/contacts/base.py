@@ -56,7 +56,7 @@ class Contact(ABC):
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (k,), with `d phi / dt = J v` where `phi` is small."""
 
-    def reaction_costs(self, friction: float) -> Array:
+    def reaction_costs(self) -> Array:
         """Return what a unit of each row's multiplier costs (k,) when the base is carried."""
         return np.ones(self.size)
 

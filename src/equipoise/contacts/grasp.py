@@ -63,7 +63,7 @@ class GraspContact(Contact):
         return np.concatenate((R_a.T @ linear, R_a.T @ angular))
 
     def residual(self, kin: Kinematics) -> Array:
-        """Return `phi` (6,): displacement [m] and rotation vector [rad] of b from its place in a."""
+        """Return `phi` (6,): shift [m] and rotation vector [rad] of b from its place in a."""
         T_a_b = kin.placement(self.frame_a).actInv(kin.placement(self.frame_b))
         phi = np.empty(6)
         phi[:3] = T_a_b.translation - self.T_a_b.translation

@@ -53,10 +53,7 @@ def reaction_margins(lam: Array, sole: Sole, friction: float) -> ReactionMargins
     mx_c = mx - centre_y * fz
     my_c = my + centre_x * fz
     mz_c = mz - (centre_x * fy - centre_y * fx)
-    if fz > 0.0:
-        pressure = min(half_x - abs(my_c) / fz, half_y - abs(mx_c) / fz)
-    else:
-        pressure = -np.inf
+    pressure = min(half_x - abs(my_c) / fz, half_y - abs(mx_c) / fz) if fz > 0.0 else -np.inf
     reach = friction * (half_x + half_y) * fz
     yaw_max = reach - abs(half_y * fx + friction * mx_c) - abs(half_x * fy + friction * my_c)
     yaw_min = -reach + abs(half_y * fx - friction * mx_c) + abs(half_x * fy - friction * my_c)

@@ -22,6 +22,7 @@ class SoleContact(Contact):
     """
 
     sole: Sole
+    friction: float = 0.7
     frame_id: int
     T_world_anchor: pin.SE3
 
@@ -47,7 +48,7 @@ class SoleContact(Contact):
         """Return `phi` (6,): position [m] and rotation vector [rad] relative to the anchor."""
         return -self._to_anchor(pose_error(self.T_world_anchor, kin.placement(self.frame_id)))
 
-    def reaction_costs(self, friction: float) -> Array:
+    def reaction_costs(self) -> Array:
         """Return the cost (6,) of each component: what it uses up of cone and sole.
 
         A tangential force counts by the normal force that its friction needs, a moment by the
@@ -56,8 +57,8 @@ class SoleContact(Contact):
         """
         half_x = 0.5 * (self.sole.x_max - self.sole.x_min)
         half_y = 0.5 * (self.sole.y_max - self.sole.y_min)
-        tangential = 1.0 / friction
-        yaw = 1.0 / (friction * (half_x + half_y))
+        tangential = 1.0 / self.friction
+        yaw = 1.0 / (self.friction * (half_x + half_y))
         return np.array([tangential, tangential, 0.3, 1.0 / half_y, 1.0 / half_x, yaw])
 
     def _to_anchor(self, world: Array) -> Array:

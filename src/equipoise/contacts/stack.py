@@ -105,7 +105,7 @@ class StackedContacts:
         self._pivots = pivots - 1
 
     def project(self, v: Array) -> Array:
-        """Return `Q_phi v`, (nv,) or (nv, k): the part that violates no contact. Source: eq. (16)."""
+        """Return `Q_phi v` (nv,), the part that violates no contact. Source: eq. (16)."""
         return v - self._Q1 @ (self._Q1.T @ v)
 
     @property

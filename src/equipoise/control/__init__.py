@@ -5,6 +5,7 @@ from equipoise.control.base_wrench import distribute_base_wrench
 from equipoise.control.gains import ControlGains
 from equipoise.control.law import Command, ControlStatus, Measurement, PassivityController, Target
 from equipoise.control.manifolds import ForceManifold, PostureManifold
+from equipoise.control.profile import Profile
 from equipoise.control.signum import SignFunction
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "Measurement",
     "PassivityController",
     "PostureManifold",
+    "Profile",
     "SignFunction",
     "Target",
     "advise_gains",

@@ -25,7 +25,7 @@ from equipoise.spatial import Array, velocity_transport
 
 @dataclass(frozen=True)
 class Measurement:
-    """What sensors give: `q` (nq,), `v` (nv,), `lam` (r,) stacked as the contacts, world on robot."""
+    """What sensors give: `q` (nq,), `v` (nv,), `lam` (r,) of the stacked contacts."""
 
     q: Array
     v: Array
@@ -80,8 +80,6 @@ class PassivityController:
         contacts: ContactStack,
         gains: ControlGains,
         dt: float,
-        *,
-        friction: float = 0.7,
     ) -> None:
         if not contacts.supporting_rows.size:
             raise InputError(
@@ -93,7 +91,7 @@ class PassivityController:
         self.K_d = gains.damping_matrix(robot.nv)
         self._evaluator = KinematicsEvaluator(robot)
         self._costs = np.concatenate(
-            [c.reaction_costs(friction) for c in contacts.contacts if c.supporting]
+            [c.reaction_costs() for c in contacts.contacts if c.supporting]
         )
         self.reset()
 

@@ -1,4 +1,4 @@
-"""A posture that meets a hierarchy of tasks: inverse kinematics to convergence."""
+"""A posture that meets a hierarchy of tasks: the hierarchy followed until it rests."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import Task
 
+_MUST_BE_BELOW = 1e-4  # [m, rad] how far a task that must hold may be off
+
 
 class PostureNotFoundError(InputError):
     """No posture meets the tasks that were asked for; says which and by how much."""
@@ -24,39 +26,39 @@ def solve_posture(
     robot: Robot,
     levels: Sequence[Sequence[Task]],
     solver: HierarchySolver,
-    q_start: Array,
+    q_from: Array,
     *,
-    t: float = 0.0,
-    step: float = 0.05,
-    iterations: int = 4000,
-    tolerance: float = 1e-7,
+    t_from: float,
+    step: float = 0.02,
+    iterations: int = 3000,
+    tolerance: float = 1e-5,
     must_hold: Sequence[Task] = (),
 ) -> Array:
-    """Follow the hierarchy from `q_start` (nq,) at frozen time `t` until it rests; return q (nq,).
+    """Follow the hierarchy from `q_from` (nq,) at time `t_from` <= 0 to time 0, then to rest.
 
-    `step` [s] is the length of one Euler step (all task rates times `step` should stay below 1);
-    it rests when the largest velocity is below `tolerance` [rad/s, m/s].
-    Raises: `PostureNotFoundError` if a task of `must_hold` is then violated by more than 1e-4.
+    Targets that move during negative time lead the robot to where time 0 wants it; after that
+    they are frozen. It rests when the largest velocity is below `tolerance` [rad/s, m/s].
+    `step` [s] is one Euler step; rates of the tasks times `step` must stay below 1. Returns q (nq,).
+    Raises: `PostureNotFoundError` if a task of `must_hold` is violated at the end.
     """
     evaluator = KinematicsEvaluator(robot)
-    q = np.array(q_start, dtype=float)
-    v = np.zeros(robot.nv)
-    for _ in range(iterations):
-        kin = evaluator.at(q, v)
-        v = solver.solve(build_hierarchy(levels, kin, t)).v
+    q, v = np.array(q_from, dtype=float), np.zeros(robot.nv)
+    for k in range(iterations):
+        t = min(0.0, t_from + k * step)
+        v = solver.solve(build_hierarchy(levels, evaluator.at(q, v), t)).v
         q = pin.integrate(robot.model, q, v * step)
-        if np.abs(v).max() < tolerance:
+        if t == 0.0 and np.abs(v).max() < tolerance:
             break
-    kin = evaluator.at(q, np.zeros(robot.nv))
-    _require(must_hold, kin, t)
+    _require(must_hold, evaluator, q)
     return q
 
 
-def _require(tasks: Sequence[Task], kin, t: float) -> None:
+def _require(tasks: Sequence[Task], evaluator: KinematicsEvaluator, q: Array) -> None:
+    kin = evaluator.at(q, np.zeros(evaluator.robot.nv))
     for task in tasks:
-        error = task.error(kin, t)
-        worst = int(np.argmax(np.abs(error)))
-        if abs(error[worst]) > 1e-4:
+        error = np.abs(task.error(kin, 0.0))
+        worst = int(np.argmax(error))
+        if error[worst] > _MUST_BE_BELOW:
             raise PostureNotFoundError(
                 f"no starting posture meets task {task.name!r}: {task.labels[worst]} is off by "
                 f"{error[worst]:.4g} {task.units[worst]}",

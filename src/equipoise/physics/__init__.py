@@ -1,6 +1,6 @@
 """Physics engines. None of them knows a controller."""
 
 from equipoise.physics.engine import PhysicsEngine, PhysicsState
-from equipoise.physics.rigid import RigidContactEngine
+from equipoise.physics.rigid import DivergedError, RigidContactEngine
 
-__all__ = ["PhysicsEngine", "PhysicsState", "RigidContactEngine"]
+__all__ = ["DivergedError", "PhysicsEngine", "PhysicsState", "RigidContactEngine"]

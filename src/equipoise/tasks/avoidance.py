@@ -60,19 +60,19 @@ class AvoidanceTask(Task):
         A = np.zeros((len(self.pairs), kin.robot.nv))
         lower = np.full(len(self.pairs), -np.inf)
         slope = self.damping / (self.influence - self.security)
-        for k, pair in enumerate(self._distances.evaluate(kin)):
-            if pair.distance < self.influence:
-                A[k] = distance_jacobian(kin, self._distances.joints[k], pair)
-                lower[k] = -slope * (pair.distance - self.security)
+        distances = self._distances.at(kin)
+        for k in np.flatnonzero(distances < self.influence):
+            A[k] = distance_jacobian(kin, self._distances.joints[k], self._distances.witness(k))
+            lower[k] = -slope * (distances[k] - self.security)
         return Rows(self.name, "m/s", self.labels, A, lower, self._upper)
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [m] each pair is below the security distance."""
-        return np.maximum(0.0, self.security - self._distances.distances(kin))
+        return np.maximum(0.0, self.security - self._distances.at(kin))
 
 
 def distance_jacobian(kin: Kinematics, joints: tuple[int, int], pair: PairDistance) -> Array:
     """Return the row (nv,) whose product with v is the rate [m/s] of the pair's distance."""
     first, second = joints
-    row = pair.normal @ kin.point_jacobian(second, pair.p_world_second)
-    return row - pair.normal @ kin.point_jacobian(first, pair.p_world_first)
+    row = kin.point_speed_row(second, pair.p_world_second, pair.normal)
+    return row - kin.point_speed_row(first, pair.p_world_first, pair.normal)

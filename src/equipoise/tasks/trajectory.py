@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
@@ -86,7 +87,7 @@ class WaypointTrajectory(PoseTrajectory):
     def _rests(self) -> list[tuple[int, int]]:
         last = len(self.waypoints) - 1
         rests = [0, *(i for i, w in enumerate(self.waypoints) if w.stop and 0 < i < last), last]
-        return list(zip(rests[:-1], rests[1:], strict=True)) if last > 0 else []
+        return list(pairwise(rests)) if last > 0 else []
 
     def at(self, t: float) -> PoseSample:
         """Return the pose and its rate at time `t` [s]."""

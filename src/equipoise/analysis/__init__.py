@@ -1,0 +1,1 @@
+"""Analysis of a finished run, from its log: metrics, acceptance, figures."""

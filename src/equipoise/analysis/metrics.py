@@ -1,0 +1,207 @@
+"""The numbers that tell how a run went, each computed from its log alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from equipoise.contacts import ReactionMargins
+from equipoise.runlog import Run
+from equipoise.scenarios import schema
+from equipoise.scenarios.places import Places
+from equipoise.scenarios.read import parse_scenario
+from equipoise.spatial import Array
+
+
+@dataclass(frozen=True)
+class Context:
+    """A run with its scenario and places; `settled` (N,) marks ticks after `acceptance.after`."""
+
+    run: Run
+    scenario: schema.Scenario
+    places: Places
+    settled: Array
+
+    @classmethod
+    def of(cls, run: Run, places: Places | None = None) -> Context:
+        """Return the context of a run; `places` is built from its scenario unless given."""
+        from equipoise.scenarios.places import build_places
+
+        scenario = parse_scenario(run.scenario_text)
+        settled = run.t >= scenario.acceptance.after
+        return cls(run, scenario, places or build_places(scenario), settled)
+
+    def hand_errors(self) -> list[Array]:
+        """Return the pose error (N, 6) of each hand that follows an object."""
+        return [
+            self.run[f"error/{name}"]
+            for name, spec in self.scenario.tasks.items()
+            if isinstance(spec, schema.HandOnObjectSpec) and f"error/{name}" in self.run
+        ]
+
+    def margins(self, kind: str) -> list[Array]:
+        """Return one component (N,) of the reaction margins of each sole."""
+        column = ReactionMargins.LABELS.index(kind)
+        return [self.run[n][:, column] for n in self.run.names if n.startswith("margin/")]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A named number: its unit, what it says, and how it is computed (None: does not apply)."""
+
+    name: str
+    unit: str
+    doc: str
+    compute: Callable[[Context], float | None]
+
+
+def compute_metrics(context: Context) -> dict[str, float]:
+    """Return every metric that applies to the run, by name."""
+    values = {}
+    for metric in METRICS.values():
+        value = metric.compute(context) if len(context.run.t) else None
+        if value is not None:
+            values[metric.name] = float(value)
+    return values
+
+
+def _largest(arrays: list[Array], keep: Array) -> float | None:
+    """Largest absolute value over the kept ticks; infinite if there is no such tick."""
+    if not arrays:
+        return None
+    if not keep.any():
+        return np.inf
+    return max(float(np.abs(a[keep]).max()) for a in arrays)
+
+
+def _least(arrays: list[Array]) -> float | None:
+    return min(float(a.min()) for a in arrays) if arrays else None
+
+
+def _lengths(errors: list[Array], part: slice) -> list[Array]:
+    return [np.linalg.norm(e[:, part], axis=1) for e in errors]
+
+
+_POSITION, _ANGLE = slice(0, 3), slice(3, 6)
+
+
+def _palm(part: slice, ticks: str) -> Callable[[Context], float | None]:
+    def compute(context: Context) -> float | None:
+        keep = {
+            "settled": context.settled,
+            "all": np.ones(len(context.run.t), dtype=bool),
+            "end": np.arange(len(context.run.t)) == len(context.run.t) - 1,
+        }[ticks]
+        return _largest(_lengths(context.hand_errors(), part), keep)
+
+    return compute
+
+
+def _force_errors(context: Context) -> list[Array]:
+    errors = []
+    for name, contact in context.scenario.contacts.items():
+        regulated = tuple(getattr(contact, "regulated", ()))
+        if regulated and f"lam_ref/{name}" in context.run:
+            labels = context.run.channels[f"lam/{name}"].labels
+            columns = [labels.index(r) for r in regulated]
+            errors.append(context.run[f"lam/{name}"][:, columns] - context.run[f"lam_ref/{name}"])
+    return errors
+
+
+def _force_rms(context: Context) -> float | None:
+    errors = _force_errors(context)
+    if not errors:
+        return None
+    if not context.settled.any():
+        return np.inf
+    return max(float(np.sqrt((e[context.settled] ** 2).mean(axis=0)).max()) for e in errors)
+
+
+def _security_shortfall(context: Context) -> float | None:
+    shortfalls = []
+    labels = context.run.channels["distance"].labels
+    for spec in context.scenario.tasks.values():
+        if isinstance(spec, schema.AvoidanceSpec) and spec.enabled:
+            columns = [labels.index(f"{a} - {b}") for a, b in spec.pairs]
+            shortfalls.append(spec.security - float(context.run["distance"][:, columns].min()))
+    return max(shortfalls) if shortfalls else None
+
+
+def _clearance(context: Context) -> float:
+    from equipoise.analysis.clearance import least_clearance
+
+    return least_clearance(context.run, context.places).distance
+
+
+def _joint_room(context: Context) -> float:
+    q, robot = context.run["q"][:, 7:], context.places.robot
+    return float(np.minimum(q - robot.q_min, robot.q_max - q).min())
+
+
+def _share(channel: str, skip: int, limit: str) -> Callable[[Context], float]:
+    def compute(context: Context) -> float:
+        bound = getattr(context.places.robot, limit)
+        return float((np.abs(context.run[channel][:, skip:]) / bound).max())
+
+    return compute
+
+
+def _status_count(column: int, code: float) -> Callable[[Context], float]:
+    return lambda context: float((context.run["status"][:, column] >= code).sum())
+
+
+def _completed(context: Context) -> float:
+    wanted = round(context.scenario.duration / context.scenario.control.period)
+    return float(len(context.run.t) == wanted)
+
+
+def _margin(kind: str) -> Callable[[Context], float | None]:
+    return lambda context: _least(context.margins(kind))
+
+
+_ALL = (
+    Metric("completed", "", "1 if the run reached its duration", _completed),
+    Metric(
+        "palm_position_error", "m", "palms to their targets, settled", _palm(_POSITION, "settled")
+    ),
+    Metric("palm_angle_error", "rad", "palms to their targets, settled", _palm(_ANGLE, "settled")),
+    Metric("palm_position_worst", "m", "palms to their targets, any time", _palm(_POSITION, "all")),
+    Metric("palm_position_end", "m", "palms to their targets, last tick", _palm(_POSITION, "end")),
+    Metric(
+        "posture_error",
+        "rad",
+        "largest component of q - q_ref, settled (base position in m)",
+        lambda c: _largest([c.run["dq"]], c.settled),
+    ),
+    Metric("force_error_rms", "N", "regulated contact force, RMS, settled", _force_rms),
+    Metric("clearance", "m", "least distance of any pair of bodies, every 10th tick", _clearance),
+    Metric(
+        "security_shortfall", "m", "worst intrusion into a security distance", _security_shortfall
+    ),
+    Metric("joint_room", "rad", "least distance to a joint position limit", _joint_room),
+    Metric(
+        "velocity_share", "", "largest share of a joint velocity limit", _share("v", 6, "v_max")
+    ),
+    Metric("torque_share", "", "largest share of a torque limit", _share("tau", 0, "tau_max")),
+    Metric("saturated_ticks", "", "ticks with a clamped torque or worse", _status_count(0, 1.0)),
+    Metric("held_ticks", "", "ticks on which the last torque was kept", _status_count(0, 2.0)),
+    Metric("unsolved_ticks", "", "ticks with an unsolved hierarchy", _status_count(1, 1.0)),
+    Metric(
+        "com_margin",
+        "m",
+        "least distance of the CoM projection to the edge of the polygon",
+        lambda c: _least([c.run["com_margin"]]),
+    ),
+    Metric("reaction_normal", "N", "least normal force at a sole", _margin("normal")),
+    Metric("reaction_friction", "N", "least distance to the friction cone", _margin("friction")),
+    Metric("reaction_pressure", "m", "least room of the centre of pressure", _margin("pressure")),
+    Metric("reaction_yaw", "N m", "least room of the yaw moment", _margin("yaw")),
+    Metric(
+        "contact_drift", "m", "largest contact violation (or rad)", lambda c: c.run["drift"].max()
+    ),
+    Metric("slack_level0", "", "largest |w| of level 0", lambda c: c.run["slack"][:, 0].max()),
+)
+
+METRICS = {metric.name: metric for metric in _ALL}

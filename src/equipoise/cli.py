@@ -1,0 +1,144 @@
+"""The commands. Each imports what it needs when it is called, so that `--help` answers at once."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import click
+
+from equipoise import __version__
+from equipoise.errors import EquipoiseError, InputError
+
+PASSED, NOT_PASSED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="equipoise")
+def cli() -> None:
+    """Whole-body force-motion control of humanoids without a dynamic model.
+
+    Exit codes: 0 done (a run: and met its acceptance), 1 ran but did not meet it, 2 wrong input.
+    """
+
+
+@cli.command()
+@click.argument("scenario")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder of the run (must be new).")
+@click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change one value.")
+@click.option("--no-figures", is_flag=True, help="Write no figures.")
+def run(scenario: str, out: Path | None, overrides: tuple[str, ...], no_figures: bool) -> None:
+    """Run SCENARIO (a name or a YAML file), log it, and say what was achieved.
+
+    Example: equipoise run tray --set disturbances.mass_scale=1.3
+    """
+    from equipoise.api import run_scenario
+    from equipoise.console import Progress, print_summary
+
+    with Progress() as progress:
+        finished = run_scenario(
+            scenario, out=out, overrides=overrides, figures=not no_figures, report=progress
+        )
+    summary = finished.summary or {}
+    print_summary(summary, finished.folder)
+    if summary.get("ended") == "interrupted":
+        sys.exit(INTERRUPTED)
+    sys.exit(PASSED if summary.get("passed") else NOT_PASSED)
+
+
+@cli.command()
+@click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
+def plot(run_folder: Path) -> None:
+    """Draw the figures of RUN again, from its log."""
+    from equipoise.analysis.figures import make_figures
+    from equipoise.runlog import load_run
+
+    loaded = load_run(run_folder)
+    for path in make_figures(loaded, loaded.folder / "figures"):
+        click.echo(path)
+
+
+@cli.command()
+@click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
+@click.option("--format", "kind", type=click.Choice(["npz", "csv"]), default="npz")
+@click.option("--to", type=click.Path(path_type=Path), help="File to write [RUN/run.npz].")
+def export(run_folder: Path, kind: str, to: Path | None) -> None:
+    """Write the arrays of RUN as npz or csv."""
+    from equipoise.runlog import export_csv, export_npz, load_run
+
+    loaded = load_run(run_folder)
+    path = to if to is not None else loaded.folder / f"run.{kind}"
+    (export_npz if kind == "npz" else export_csv)(loaded, path)
+    click.echo(path)
+
+
+@cli.command()
+@click.argument("name", required=False)
+@click.option("--path", "only_path", is_flag=True, help="Print only the URDF's path.")
+def robots(name: str | None, only_path: bool) -> None:
+    """List the robots, or show what is known of NAME (a robot or a URDF file)."""
+    from equipoise.console import print_robot, print_robots
+    from equipoise.robots import get_robot, named_robots, robot_urdf_path
+
+    if name is None:
+        if only_path:
+            raise InputError("--path needs a robot", known=named_robots())
+        print_robots(named_robots())
+    elif only_path:
+        click.echo(robot_urdf_path(name))
+    else:
+        print_robot(get_robot(name))
+
+
+@cli.command()
+@click.argument("name", required=False)
+def scenarios(name: str | None) -> None:
+    """List the scenarios, or print NAME with every default written out."""
+    from equipoise.scenarios import named_scenarios, read_scenario, resolved_text
+
+    if name is not None:
+        click.echo(resolved_text(read_scenario(name)), nl=False)
+        return
+    for key in named_scenarios():
+        click.echo(f"{key:<16}{read_scenario(key).title}")
+
+
+@cli.command()
+@click.argument("urdf", type=click.Path(path_type=Path))
+def check(urdf: Path) -> None:
+    """Check a robot description before it is trusted: every finding, and what to do about it."""
+    from equipoise.robots import check_urdf
+
+    findings = check_urdf(urdf)
+    for finding in findings:
+        click.echo(str(finding))
+    errors = sum(finding.severity == "error" for finding in findings)
+    warnings = len(findings) - errors
+    click.echo(f"{urdf}: {errors} errors, {warnings} warnings")
+    sys.exit(WRONG_INPUT if errors else PASSED)
+
+
+def main() -> None:
+    """Run the command line; errors of the user become one message and exit code 2."""
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")  # small matrices: threads only cost
+    try:
+        cli(standalone_mode=False)
+    except click.exceptions.Abort:
+        sys.exit(INTERRUPTED)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(WRONG_INPUT)
+    except InputError as error:
+        click.echo(f"equipoise: {error}", err=True)
+        sys.exit(WRONG_INPUT)
+    except EquipoiseError as error:
+        click.echo(f"equipoise: {error}", err=True)
+        sys.exit(NOT_PASSED)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,169 @@
+"""Hierarchy: the stacked problem, an object to print and save before anyone solves it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from equipoise.errors import InputError, ShapeError
+from equipoise.hqp.rows import Rows, values_are_sound
+
+FILE_FORMAT = 1
+
+
+class Block(NamedTuple):
+    """Where a block of rows went: its name, unit, row labels, level and the slice it fills."""
+
+    name: str
+    unit: str
+    labels: tuple[str, ...]
+    level: int
+    rows: slice
+
+
+@dataclass(frozen=True, slots=True)
+class Hierarchy:
+    """Rows of several levels, stacked: level 0 first, each level strictly before the next.
+
+    `A` [m, n], `lower` [m], `upper` [m]; `ends[i]` is the number of rows in levels 0..i.
+    Make one with `Hierarchy.stack`.
+    """
+
+    A: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    ends: tuple[int, ...]
+    blocks: tuple[Block, ...]
+
+    @classmethod
+    def stack(cls, levels: Sequence[Sequence[Rows]], n: int) -> Hierarchy:
+        """Stack blocks of rows; `levels[i]` holds the blocks of level i, `n` the length of v.
+
+        Raises:
+            ShapeError: a block has not n columns.
+            NonFiniteError, InputError: as `Rows.check`, naming the block and the row.
+        """
+        matrices, lowers, uppers = [np.empty((0, n))], [np.empty(0)], [np.empty(0)]
+        blocks: list[Block] = []
+        ends: list[int] = []
+        end = 0
+        for level, group in enumerate(levels):
+            for rows in group:
+                if rows.A.shape[1] != n:
+                    raise ShapeError(f"A of rows {rows.name!r}", rows.A.shape, (len(rows), n))
+                start, end = end, end + len(rows.labels)
+                matrices.append(rows.A)
+                lowers.append(rows.lower)
+                uppers.append(rows.upper)
+                blocks.append(Block(rows.name, rows.unit, rows.labels, level, slice(start, end)))
+            ends.append(end)
+        A = np.concatenate(matrices)
+        lower, upper = np.concatenate(lowers), np.concatenate(uppers)
+        if not values_are_sound(A, lower, upper):
+            for group in levels:
+                for rows in group:
+                    rows.check()
+        return cls(A, lower, upper, tuple(ends), tuple(blocks))
+
+    @property
+    def n(self) -> int:
+        """Length of v."""
+        return self.A.shape[1]
+
+    def level(self, i: int) -> slice:
+        """Return the rows of level i as a slice.
+
+        Raises:
+            InputError: there is no level i.
+        """
+        if not 0 <= i < len(self.ends):
+            raise InputError(
+                f"There is no level {i}", given=i, remedy=f"Levels are 0 to {len(self.ends) - 1}"
+            )
+        return slice(self.ends[i - 1] if i else 0, self.ends[i])
+
+    def block_of(self, row: int) -> Block:
+        """Return the block that holds a row of the stack.
+
+        Raises:
+            InputError: there is no such row.
+        """
+        for block in self.blocks:
+            if block.rows.start <= row < block.rows.stop:
+                return block
+        raise InputError(
+            f"There is no row {row}", given=row, remedy=f"Rows are 0 to {len(self.lower) - 1}"
+        )
+
+    def name_of(self, row: int) -> str:
+        """Return the full name `block/label` of a row of the stack."""
+        block = self.block_of(row)
+        return f"{block.name}/{block.labels[row - block.rows.start]}"
+
+    def __str__(self) -> str:
+        counts = [_count_kinds(self.lower[b.rows], self.upper[b.rows]) for b in self.blocks]
+        width = max([len(b.name) for b in self.blocks], default=4)
+        lines = [f"{len(self.ends)} levels, {len(self.lower)} rows, {self.n} unknowns"]
+        lines += [
+            f"  level {b.level}  {b.name:<{width}}  {c}  [{b.unit}]"
+            for b, c in zip(self.blocks, counts, strict=True)
+        ]
+        return "\n".join(lines)
+
+    def save(self, path: str | Path) -> None:
+        """Write the problem to an npz file (no pickled objects inside)."""
+        about = {
+            "format": FILE_FORMAT,
+            "ends": self.ends,
+            "blocks": [
+                [b.name, b.unit, b.labels, b.level, b.rows.start, b.rows.stop] for b in self.blocks
+            ],
+        }
+        with Path(path).open("wb") as file:
+            np.savez(
+                file,
+                A=self.A,
+                lower=self.lower,
+                upper=self.upper,
+                about=np.array(json.dumps(about)),
+            )
+
+    @classmethod
+    def load(cls, path: str | Path) -> Hierarchy:
+        """Read a problem that `save` wrote.
+
+        Raises:
+            InputError: the file holds no hierarchy of a known format.
+        """
+        try:
+            with np.load(Path(path), allow_pickle=False) as file:
+                A, lower, upper = file["A"], file["lower"], file["upper"]
+                about = json.loads(str(file["about"]))
+            if about["format"] != FILE_FORMAT:
+                raise KeyError("format")
+            blocks = tuple(
+                Block(name, unit, tuple(labels), level, slice(start, stop))
+                for name, unit, labels, level, start, stop in about["blocks"]
+            )
+            ends = tuple(about["ends"])
+        except (KeyError, ValueError, TypeError) as error:
+            raise InputError(
+                "The file holds no hierarchy",
+                given=str(path),
+                remedy="Give a file that Hierarchy.save wrote with this version",
+            ) from error
+        return cls(A, lower, upper, ends, blocks)
+
+
+def _count_kinds(lower: np.ndarray, upper: np.ndarray) -> str:
+    equalities = int((lower == upper).sum())
+    free = int((np.isinf(lower) & np.isinf(upper)).sum())
+    inequalities = len(lower) - equalities - free
+    parts = [(equalities, "equal"), (inequalities, "bounded"), (free, "free")]
+    text = ", ".join(f"{count} {kind}" for count, kind in parts if count) or "no rows"
+    return f"{text:<24}"

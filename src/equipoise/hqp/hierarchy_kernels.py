@@ -1,0 +1,211 @@
+"""Compiled loop over the levels: what each one starts from and what its optimum fixes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equipoise.hqp.kernels import (
+    DEPTH,
+    FIXED,
+    FREE,
+    GOAL,
+    HARD,
+    LEFT,
+    MULTIPLIER,
+    NEXT_V,
+    NOISE,
+    NORM,
+    ORDER,
+    OWN,
+    ROLE,
+    SCRATCH,
+    SIDE,
+    VALUE,
+    VIOLATION,
+    ZERO_TOLERANCE,
+    Buffers,
+    Level,
+    Problem,
+    V,
+    Working,
+    compiled,
+    copy_row,
+    dot,
+    project,
+)
+from equipoise.hqp.search_kernels import guess, measure, search, side_of
+from equipoise.hqp.working_kernels import eliminate
+
+
+@compiled
+def solve_levels(p: Problem, ends: np.ndarray, b: Buffers, limit: int) -> tuple[int, bool]:
+    """Solve all levels and then the least norm, leaving v in the buffers.
+
+    Returns the number of working problems solved, and whether every search ended by itself.
+    """
+    columns = b.of_columns
+    n = columns.shape[1]
+    velocity = prepare(p, b)
+    fixed, start, total, ended = 0, 0, 0, True
+    for number in range(ends.size + 1):
+        least_norm = number == ends.size
+        end = start if least_norm else ends[number]
+        if fixed == n:
+            break
+        if start == end and not least_norm:
+            continue
+        weight = 1.0
+        if least_norm:
+            columns[GOAL, :] = 0.0
+        else:
+            weight = goal_weight(p, b, start, end)
+        size = max(velocity, np.sqrt(dot(columns, V, columns, V, 0, n)))
+        level = Level(fixed, start, end, number, weight, size)
+        fixed, work, done = solve_level(p, b, level, limit)
+        total += work
+        ended = ended and done
+        start = end
+    return total, ended
+
+
+@compiled
+def prepare(p: Problem, b: Buffers) -> float:
+    """Clear the buffers; return the size of v that the bounds ask for at least."""
+    A, projected, of_rows = p.A, b.projected, b.of_rows
+    m, n = A.shape
+    velocity = 0.0
+    b.of_columns[V, :] = 0.0
+    b.signs[:, :] = 0
+    b.numbers[DEPTH, :] = 0
+    for row in range(m):
+        copy_row(projected, row, A, row)
+        norm = np.sqrt(dot(A, row, A, row, 0, n))
+        of_rows[NORM, row] = norm
+        beyond = max(p.lower[row], 0.0) + max(-p.upper[row], 0.0)
+        if beyond > velocity * norm and norm > 0.0:
+            velocity = beyond / norm
+    return velocity
+
+
+@compiled
+def goal_weight(p: Problem, b: Buffers, start: int, end: int) -> float:
+    """Return c^2 where a level is c v = c goal for every unknown, else 0; fill the goal."""
+    A, columns = p.A, b.of_columns
+    n = A.shape[1]
+    if end - start != n:
+        return 0.0
+    columns[SCRATCH, :] = 0.0
+    weight = 0.0
+    for row in range(start, end):
+        place, count = 0, 0
+        for c in range(n):
+            if A[row, c] != 0.0:
+                place = c
+                count += 1
+        if count != 1 or p.lower[row] != p.upper[row] or columns[SCRATCH, place] != 0.0:
+            return 0.0
+        square = A[row, place] ** 2
+        if row > start and square != weight:
+            return 0.0
+        weight = square
+        columns[SCRATCH, place] = 1.0
+        columns[GOAL, place] = p.lower[row] / A[row, place]
+    return weight
+
+
+@compiled
+def solve_level(p: Problem, b: Buffers, level: Level, limit: int) -> tuple[int, int, bool]:
+    """Find the optimum of a level; return the reflectors fixed then, the work, how it ended."""
+    b.signs[ROLE, level.start : level.end] = OWN
+    measure(p, b, V, VALUE, level.end)
+    remember(p, b, level)
+    working, work, ended = guess(p, b, level)
+    if not ended:
+        working, more, ended = search(p, b, level, limit)
+        work += more
+    copy_row(b.of_columns, V, b.of_columns, NEXT_V)
+    b.memory[level.number, : level.end] = b.signs[SIDE, : level.end]
+    if level.weight > 0.0 and ended:
+        return b.of_columns.shape[1], work, ended
+    return settle(p, b, level, working, ended), work, ended
+
+
+@compiled
+def remember(p: Problem, b: Buffers, level: Level) -> None:
+    """Start from the working rows of the last answer, where they still make sense."""
+    signs = b.signs
+    for row in range(level.end):
+        side = b.memory[level.number, row]
+        exists = (side == 1 and p.upper[row] < np.inf) or (side == -1 and p.lower[row] > -np.inf)
+        if row < level.start:
+            signs[SIDE, row] = side if exists and signs[ROLE, row] == HARD else 0
+        elif p.lower[row] == p.upper[row]:
+            signs[SIDE, row] = 2
+        else:
+            signs[SIDE, row] = side if exists else side_of(p, row, b.of_rows[VALUE, row], 0.0)
+
+
+@compiled
+def settle(p: Problem, b: Buffers, level: Level, working: Working, ended: bool) -> int:
+    """Fix what the optimum fixes and keep the other rows as hard ones; return the reflectors."""
+    signs, order, of_rows, columns = b.signs, b.numbers, b.of_rows, b.of_columns
+    loose = False
+    for j in range(working.hard):
+        weighs = abs(columns[MULTIPLIER, j]) > columns[NOISE, j]
+        if ended and not working.met and weighs:
+            signs[ROLE, order[ORDER, j]] = FIXED
+        else:
+            loose = True
+    for i in range(working.hard, working.last):
+        row = order[ORDER, i]
+        margin = ZERO_TOLERANCE * of_rows[NORM, row] * level.size
+        if signs[SIDE, row] == 2 or (not working.met and abs(of_rows[VIOLATION, i]) > margin):
+            signs[ROLE, row] = FIXED
+        else:
+            loose = True
+    for row in range(level.start, level.end):
+        if signs[ROLE, row] == OWN:
+            bounded = p.lower[row] > -np.inf or p.upper[row] < np.inf
+            signs[ROLE, row] = HARD if bounded else FREE
+    if not loose:
+        return level.fixed + working.hard + working.rank
+    return fix_again(b, level.fixed, working.last)
+
+
+@compiled
+def fix_again(b: Buffers, fixed: int, last: int) -> int:
+    """Eliminate only the fixed ones among the working rows; return the reflectors."""
+    factor, of_rows, order = b.factor, b.of_rows, b.numbers
+    n, count = factor.shape[1], 0
+    for i in range(last):
+        row = order[ORDER, i]
+        if b.signs[ROLE, row] == FIXED:
+            project(b, row, fixed)
+            copy_row(factor, count, b.projected, row)
+            order[ORDER, count] = row
+            of_rows[LEFT, count] = dot(factor, count, factor, count, fixed, n)
+            count += 1
+    return fixed + eliminate(b, fixed, 0, count)
+
+
+@compiled
+def judge(
+    p: Problem, ends: np.ndarray, v: np.ndarray, w: np.ndarray, active: np.ndarray, margin: float
+) -> list[float]:
+    """Fill w [m] and the active rows [m] at v [1, n]; return the slack of each level."""
+    A = p.A
+    n, start, slack = A.shape[1], 0, []
+    for end in ends:
+        total = 0.0
+        for row in range(start, end):
+            value = dot(A, row, v, 0, 0, n)
+            low, high = p.lower[row], p.upper[row]
+            w[row] = value - min(max(value, low), high)
+            total += w[row] * w[row]
+            near = margin * (1.0 + abs(value))
+            active[row] = (value >= high - near) - (value <= low + near)
+            if low == high:
+                active[row] = 2
+        slack.append(np.sqrt(total))
+        start = end
+    return slack

@@ -1,0 +1,157 @@
+"""Compiled primitives of the active-set solver: its buffers, inner products, reflectors.
+
+Reflector j is a row u of length sqrt(2), zero before column j; it maps a row x to x - (x . u) u.
+The product of reflectors 0, 1, ... is an orthonormal Q, and a row a has the coordinates a Q.
+
+All kernels are plain Python, and run uncompiled under NUMBA_DISABLE_JIT=1. They are written for
+speed in one respect: rows are addressed as (array, row number), inner loops run over unsigned
+columns, and arrays are taken out of their tuple before a loop, since compiled code pays for views.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+compiled = numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+column = np.uint64
+
+# rows of Buffers.of_rows: norm of a row, its value at v and at the next v, and for the working
+# rows by place: the square of what is left of it, what it has to reach, its violation
+NORM, VALUE, NEXT_VALUE, LEFT, REST, VIOLATION = range(6)
+# rows of Buffers.of_columns: v, the next v, the step in either coordinates, the goal of a level of
+# unit rows, scratch, and by place the multipliers of the hard working rows and their rounding
+V, NEXT_V, STEP, GOAL, SCRATCH, MULTIPLIER, NOISE = range(7)
+# rows of Buffers.numbers: reflectors applied to a projected row, and the row at a working place
+DEPTH, ORDER = range(2)
+# rows of Buffers.signs
+ROLE, SIDE = range(2)
+# values of a role, beside 0 for rows of later levels
+HARD, OWN, FIXED, FREE = 1, 2, 3, 4
+
+RANK_TOLERANCE = 1e-10  # a row of which less than this share is left counts as dependent
+ZERO_TOLERANCE = 1e-10  # a violation below this share of (row norm) (size of v) counts as none
+FEASIBILITY = 1e-11  # the same, for a row that nobody wants violated
+ROUNDING = 1e-14
+
+
+class Problem(NamedTuple):
+    """The stacked rows: `A` [m, n], `lower` [m], `upper` [m]."""
+
+    A: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+class Level(NamedTuple):
+    """The level at hand: its rows start..end, its number, and the reflectors fixed before it.
+
+    `weight` above zero: its rows are the unit matrix times the root of that, with the goal in the
+    buffers. `size`: the size of v that residuals are compared with.
+    """
+
+    fixed: int
+    start: int
+    end: int
+    number: int
+    weight: float
+    size: float
+
+
+class Working(NamedTuple):
+    """A solved working problem: `hard` rows, `last` rows in all, the `rank` of the soft ones.
+
+    `met`: no soft working row is violated.
+    """
+
+    hard: int
+    last: int
+    rank: int
+    met: bool
+
+
+class Buffers(NamedTuple):
+    """Everything that a search writes to, allocated once for m rows, n unknowns and p levels.
+
+    `reflectors` [n, n]; `projected` [m, n], the rows of A after their first few reflectors;
+    `factor` [m, n], the working rows by place, eliminated; `triangle` [n, m], of an overdetermined
+    problem; `memory` [p + 1, m], the sides at the last answer; the others as named above.
+    """
+
+    reflectors: np.ndarray
+    projected: np.ndarray
+    factor: np.ndarray
+    triangle: np.ndarray
+    memory: np.ndarray
+    numbers: np.ndarray
+    signs: np.ndarray
+    of_rows: np.ndarray
+    of_columns: np.ndarray
+
+
+def allocate(m: int, n: int, levels: int) -> Buffers:
+    """Return buffers for m rows, n unknowns and a number of levels."""
+    return Buffers(
+        reflectors=np.zeros((n, n)),
+        projected=np.zeros((m, n)),
+        factor=np.zeros((m, n)),
+        triangle=np.zeros((n, m)),
+        memory=np.zeros((levels + 1, m), dtype=np.int8),
+        numbers=np.zeros((2, m), dtype=np.int64),
+        signs=np.zeros((2, m), dtype=np.int8),
+        of_rows=np.zeros((6, m)),
+        of_columns=np.zeros((7, n)),
+    )
+
+
+@compiled
+def dot(x: np.ndarray, i: int, y: np.ndarray, j: int, start: int, stop: int) -> float:
+    """Return x[i, start:stop] . y[j, start:stop]."""
+    total = 0.0
+    for c in range(column(start), column(stop)):
+        total += x[i, c] * y[j, c]
+    return total
+
+
+@compiled
+def reflect(x: np.ndarray, i: int, u: np.ndarray, j: int, stop: int) -> None:
+    """Apply reflector u[j, j:stop] to x[i, j:stop]."""
+    along = 0.0
+    for c in range(column(j), column(stop)):
+        along += x[i, c] * u[j, c]
+    for c in range(column(j), column(stop)):
+        x[i, c] -= along * u[j, c]
+
+
+@compiled
+def make_reflector(x: np.ndarray, i: int, u: np.ndarray, j: int, stop: int, length: float) -> float:
+    """Write to u[j] the reflector that leaves of x[i, j:stop] the first entry; return that.
+
+    `length` is the norm of x[i, j:stop].
+    """
+    first = x[i, j]
+    kept = -length if first >= 0.0 else length
+    scale = 1.0 / np.sqrt(length * (length + abs(first)))
+    for c in range(column(j), column(stop)):
+        u[j, c] = x[i, c] * scale
+    u[j, j] = (first - kept) * scale
+    return kept
+
+
+@compiled
+def copy_row(x: np.ndarray, i: int, y: np.ndarray, j: int) -> None:
+    """Copy y[j] to x[i]."""
+    for c in range(column(x.shape[1])):
+        x[i, c] = y[j, c]
+
+
+@compiled
+def project(b: Buffers, row: int, count: int) -> None:
+    """Bring a projected row up to date with the first `count` reflectors."""
+    projected, reflectors, numbers = b.projected, b.reflectors, b.numbers
+    n = projected.shape[1]
+    for j in range(numbers[DEPTH, row], count):
+        reflect(projected, row, reflectors, j, n)
+    numbers[DEPTH, row] = count

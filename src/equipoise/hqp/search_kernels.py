@@ -1,0 +1,216 @@
+"""Compiled search for the right working rows of a level.
+
+A row has a role: 0 belongs to a later level, OWN to the level at hand, HARD is a satisfied row of a
+solved level, FIXED is one that the optimum of a solved level determines, FREE has no bound. Its
+side is the bound at which it works: +1 upper, -1 lower, 2 equality, 0 not working.
+
+A level first tries to guess: solve the working problem, flip every row that disagrees, again. If
+that does not settle it searches anew by the primal method, which keeps the hard rows met, lowers
+the violation at each step and takes the lowest row number when it stalls, so that it must end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equipoise.hqp.kernels import (
+    FEASIBILITY,
+    HARD,
+    MULTIPLIER,
+    NEXT_V,
+    NEXT_VALUE,
+    NOISE,
+    NORM,
+    ORDER,
+    OWN,
+    RANK_TOLERANCE,
+    ROLE,
+    SIDE,
+    STEP,
+    VALUE,
+    VIOLATION,
+    ZERO_TOLERANCE,
+    Buffers,
+    Level,
+    Problem,
+    V,
+    Working,
+    compiled,
+    copy_row,
+    dot,
+)
+from equipoise.hqp.working_kernels import solve_working
+
+GUESSES = 12
+STALLS_BEFORE_LOWEST = 20
+
+
+@compiled
+def measure(p: Problem, b: Buffers, point: int, values: int, end: int) -> None:
+    """Fill a row of values with A v for the hard and own rows before `end`."""
+    A, signs, of_rows, columns = p.A, b.signs, b.of_rows, b.of_columns
+    n = A.shape[1]
+    for row in range(end):
+        if signs[ROLE, row] == HARD or signs[ROLE, row] == OWN:
+            of_rows[values, row] = dot(A, row, columns, point, 0, n)
+
+
+@compiled
+def side_of(p: Problem, row: int, value: float, margin: float) -> int:
+    """Return the side on which a value is beyond its bounds by more than a margin, or 0."""
+    if value > p.upper[row] + margin:
+        return 1
+    return -1 if value < p.lower[row] - margin else 0
+
+
+@compiled
+def guess(p: Problem, b: Buffers, level: Level) -> tuple[Working, int, bool]:
+    """Solve and flip until nothing disagrees, a few times; return the work and whether it did."""
+    work = 0
+    while True:
+        working = solve_working(p, b, level)
+        work += 1
+        measure(p, b, NEXT_V, NEXT_VALUE, level.end)
+        if flip_hard(p, b, level, working) + flip_soft(p, b, level, working) == 0:
+            return working, work, True
+        if work == GUESSES:
+            return working, work, False
+
+
+@compiled
+def flip_hard(p: Problem, b: Buffers, level: Level, working: Working) -> int:
+    """Let go of hard rows with a wrong multiplier, hold those that are broken; count them."""
+    signs, of_rows, columns = b.signs, b.of_rows, b.of_columns
+    flips = 0
+    for row in range(level.start):
+        if signs[ROLE, row] == HARD and signs[SIDE, row] == 0:
+            margin = FEASIBILITY * of_rows[NORM, row] * level.size
+            signs[SIDE, row] = side_of(p, row, of_rows[NEXT_VALUE, row], margin)
+            flips += signs[SIDE, row] != 0
+    if not working.met:
+        for j in range(working.hard):
+            row = b.numbers[ORDER, j]
+            if columns[MULTIPLIER, j] * signs[SIDE, row] < -columns[NOISE, j]:
+                signs[SIDE, row] = 0
+                flips += 1
+    return flips
+
+
+@compiled
+def flip_soft(p: Problem, b: Buffers, level: Level, working: Working) -> int:
+    """Take satisfied own rows out of the working rows, and violated ones in; count them."""
+    if level.weight > 0.0:
+        return 0
+    signs, of_rows = b.signs, b.of_rows
+    flips = 0
+    for row in range(level.start, level.end):
+        if signs[SIDE, row] == 0:
+            margin = FEASIBILITY * of_rows[NORM, row] * level.size
+            signs[SIDE, row] = side_of(p, row, of_rows[NEXT_VALUE, row], margin)
+            flips += signs[SIDE, row] != 0
+    for i in range(working.hard, working.last):
+        row = b.numbers[ORDER, i]
+        margin = ZERO_TOLERANCE * of_rows[NORM, row] * level.size
+        if signs[SIDE, row] != 2 and of_rows[VIOLATION, i] * signs[SIDE, row] < -margin:
+            signs[SIDE, row] = side_of(p, row, of_rows[NEXT_VALUE, row], margin)
+            flips += 1
+    return flips
+
+
+@compiled
+def search(p: Problem, b: Buffers, level: Level, limit: int) -> tuple[Working, int, bool]:
+    """Search by the primal method from v; return the work and whether it ended by itself."""
+    signs, of_rows, columns = b.signs, b.of_rows, b.of_columns
+    for row in range(level.start):
+        signs[SIDE, row] = 0
+    for row in range(level.start, level.end):
+        if signs[SIDE, row] != 2:
+            signs[SIDE, row] = side_of(p, row, of_rows[VALUE, row], 0.0)
+    n, work, stalls = columns.shape[1], 0, 0
+    while True:
+        working = solve_working(p, b, level)
+        work += 1
+        lowest = stalls > STALLS_BEFORE_LOWEST
+        share, row, side = reach(p, b, level, lowest)
+        for c in range(n):
+            columns[V, c] += share * columns[STEP, c]
+        measure(p, b, V, VALUE, level.end)
+        length = share * np.sqrt(dot(columns, STEP, columns, STEP, 0, n))
+        stalls = 0 if length > FEASIBILITY * level.size else stalls + 1
+        ended = False
+        if row >= 0:
+            signs[SIDE, row] = side
+        else:
+            ended = not let_go(p, b, level, working, lowest)
+        if ended or work >= limit:
+            copy_row(columns, NEXT_V, columns, V)
+            return working, work, ended
+
+
+@compiled
+def reach(p: Problem, b: Buffers, level: Level, lowest: bool) -> tuple[float, int, int]:
+    """Return the share of the step that is free, and the row and side that stop it (-1: none)."""
+    A, signs, of_rows, columns = p.A, b.signs, b.of_rows, b.of_columns
+    n = A.shape[1]
+    length = np.sqrt(dot(columns, STEP, columns, STEP, 0, n))
+    share, stop, side, steepest = 1.0, -1, 0, 0.0
+    for row in range(level.end):
+        if (signs[ROLE, row] != HARD and signs[ROLE, row] != OWN) or signs[SIDE, row] != 0:
+            continue
+        norm = of_rows[NORM, row]
+        rate = dot(A, row, columns, STEP, 0, n)
+        if abs(rate) <= RANK_TOLERANCE * norm * length:
+            continue
+        bound = p.upper[row] if rate > 0.0 else p.lower[row]
+        rest = bound - of_rows[VALUE, row]
+        near = abs(rest) <= FEASIBILITY * norm * level.size
+        reached = 0.0 if near else max(rest / rate, 0.0)
+        slope = abs(rate) / norm
+        if reached < share or (reached == share and not lowest and slope > steepest):
+            share, stop, steepest = reached, row, slope
+            side = 1 if rate > 0.0 else -1
+    return share, stop, side
+
+
+@compiled
+def let_go(p: Problem, b: Buffers, level: Level, working: Working, lowest: bool) -> bool:
+    """Take rows that hold on the wrong side out of the working rows; tell whether there were any.
+
+    All satisfied own rows at once, or else the hard row that is most wrong; when `lowest`, only
+    the row with the lowest number.
+    """
+    signs, columns = b.signs, b.of_columns
+    wrong, worst = -1, 0.0
+    if not working.met:
+        for j in range(working.hard):
+            row = b.numbers[ORDER, j]
+            push = -columns[MULTIPLIER, j] * signs[SIDE, row]
+            if push > columns[NOISE, j] and (wrong < 0 or (push > worst and not lowest)):
+                wrong, worst = row, push
+    if lowest and wrong >= 0:
+        signs[SIDE, wrong] = 0
+        return True
+    if level.weight == 0.0 and release_soft(p, b, level, working, lowest):
+        return True
+    if wrong >= 0:
+        signs[SIDE, wrong] = 0
+    return wrong >= 0
+
+
+@compiled
+def release_soft(p: Problem, b: Buffers, level: Level, working: Working, lowest: bool) -> bool:
+    """Take satisfied own rows out of the working rows; tell whether there were any."""
+    signs, of_rows = b.signs, b.of_rows
+    first = -1
+    for i in range(working.hard, working.last):
+        row = b.numbers[ORDER, i]
+        margin = ZERO_TOLERANCE * of_rows[NORM, row] * level.size
+        if signs[SIDE, row] == 2 or of_rows[VIOLATION, i] * signs[SIDE, row] >= -margin:
+            continue
+        if first < 0 or row < first:
+            first = row
+        if not lowest:
+            signs[SIDE, row] = side_of(p, row, of_rows[VALUE, row], 0.0)
+    if lowest and first >= 0:
+        signs[SIDE, first] = side_of(p, first, of_rows[VALUE, first], 0.0)
+    return first >= 0

@@ -1,0 +1,283 @@
+"""Compiled solution of one working problem: hard rows first, then least squares of soft ones.
+
+After the reflectors spent on solved levels, the hard working rows take the next ones (a lower
+triangle), and the soft rows those after (a lower trapezoid, largest remaining row first).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equipoise.hqp.kernels import (
+    GOAL,
+    HARD,
+    LEFT,
+    MULTIPLIER,
+    NEXT_V,
+    NOISE,
+    NORM,
+    ORDER,
+    RANK_TOLERANCE,
+    REST,
+    ROLE,
+    ROUNDING,
+    SCRATCH,
+    SIDE,
+    STEP,
+    VALUE,
+    VIOLATION,
+    ZERO_TOLERANCE,
+    Buffers,
+    Level,
+    Problem,
+    V,
+    Working,
+    column,
+    compiled,
+    copy_row,
+    dot,
+    make_reflector,
+    project,
+    reflect,
+)
+
+
+@compiled
+def solve_working(p: Problem, b: Buffers, level: Level) -> Working:
+    """Solve the problem of the working rows; leave the step and the next v in the buffers."""
+    n = b.of_columns.shape[1]
+    hard = take_hard_rows(p, b, level)
+    top = level.fixed + hard
+    if level.weight > 0.0:
+        reach_goal(b, level.fixed, hard)
+        go(b, level.fixed, top, n)
+        weigh_by_goal(b, level, hard)
+        return Working(hard, hard, n - top, False)
+    last = take_soft_rows(p, b, level, hard)
+    rank = eliminate(b, top, hard, last)
+    met = reach_soft_rows(b, top, hard, last, rank, level.size)
+    go(b, level.fixed, top + rank, top + rank)
+    if not met:
+        weigh_by_violation(b, level, hard, last)
+    return Working(hard, last, rank, met)
+
+
+@compiled
+def take_row(p: Problem, b: Buffers, place: int, row: int, fixed: int, hard: int) -> float:
+    """Put a row into the working problem; return what it still has to reach.
+
+    It is reflected by the `hard` rows before it, and their part of what it has to reach is gone.
+    """
+    factor, reflectors = b.factor, b.reflectors
+    n = factor.shape[1]
+    project(b, row, fixed)
+    copy_row(factor, place, b.projected, row)
+    for j in range(fixed, fixed + hard):
+        reflect(factor, place, reflectors, j, n)
+    b.numbers[ORDER, place] = row
+    bound = p.upper[row] if b.signs[SIDE, row] > 0 else p.lower[row]
+    reached = dot(factor, place, b.of_columns, STEP, fixed, fixed + hard)
+    return bound - b.of_rows[VALUE, row] - reached
+
+
+@compiled
+def take_hard_rows(p: Problem, b: Buffers, level: Level) -> int:
+    """Eliminate the hard working rows; return their number. Dependent ones leave the set."""
+    factor, signs = b.factor, b.signs
+    n, count = factor.shape[1], 0
+    for row in range(level.start):
+        if signs[ROLE, row] != HARD or signs[SIDE, row] == 0:
+            continue
+        k = level.fixed + count
+        if k == n:
+            signs[SIDE, row] = 0
+            continue
+        rest = take_row(p, b, count, row, level.fixed, count)
+        length = np.sqrt(dot(factor, count, factor, count, k, n))
+        if length <= RANK_TOLERANCE * b.of_rows[NORM, row]:
+            signs[SIDE, row] = 0
+            continue
+        kept = make_reflector(factor, count, b.reflectors, k, n, length)
+        factor[count, k] = kept
+        b.of_columns[STEP, k] = rest / kept
+        count += 1
+    return count
+
+
+@compiled
+def take_soft_rows(p: Problem, b: Buffers, level: Level, hard: int) -> int:
+    """Append the soft working rows; return the number of working rows."""
+    factor, signs, of_rows = b.factor, b.signs, b.of_rows
+    n, count = factor.shape[1], hard
+    for row in range(level.start, level.end):
+        if signs[SIDE, row] != 0:
+            of_rows[REST, count] = take_row(p, b, count, row, level.fixed, hard)
+            of_rows[LEFT, count] = dot(factor, count, factor, count, level.fixed + hard, n)
+            count += 1
+    return count
+
+
+@compiled
+def eliminate(b: Buffers, top: int, first: int, last: int) -> int:
+    """Eliminate working rows first..last from column `top` on, the largest first; return the rank.
+
+    What is left of a dependent row is set to zero.
+    """
+    factor, reflectors, of_rows = b.factor, b.reflectors, b.of_rows
+    n, rank = factor.shape[1], 0
+    while first + rank < last and top + rank < n:
+        place, k = first + rank, top + rank
+        best, most = -1, 0.0
+        for i in range(place, last):
+            if of_rows[LEFT, i] > most:
+                best, most = i, of_rows[LEFT, i]
+        if best < 0:
+            break
+        if np.sqrt(most) <= RANK_TOLERANCE * of_rows[NORM, b.numbers[ORDER, best]]:
+            factor[best, k:] = 0.0
+            of_rows[LEFT, best] = 0.0
+            continue
+        swap_places(b, place, best)
+        factor[place, k] = make_reflector(factor, place, reflectors, k, n, np.sqrt(most))
+        for i in range(place + 1, last):
+            if of_rows[LEFT, i] > 0.0:
+                reflect(factor, i, reflectors, k, n)
+                of_rows[LEFT, i] = dot(factor, i, factor, i, k + 1, n)
+        rank += 1
+    return rank
+
+
+@compiled
+def swap_places(b: Buffers, i: int, k: int) -> None:
+    """Swap two working rows."""
+    if i == k:
+        return
+    factor, order, of_rows = b.factor, b.numbers, b.of_rows
+    for c in range(column(factor.shape[1])):
+        factor[i, c], factor[k, c] = factor[k, c], factor[i, c]
+    order[ORDER, i], order[ORDER, k] = order[ORDER, k], order[ORDER, i]
+    of_rows[REST, i], of_rows[REST, k] = of_rows[REST, k], of_rows[REST, i]
+    of_rows[LEFT, i], of_rows[LEFT, k] = of_rows[LEFT, k], of_rows[LEFT, i]
+
+
+@compiled
+def reach_soft_rows(b: Buffers, top: int, first: int, last: int, rank: int, size: float) -> bool:
+    """Solve the eliminated soft rows for the step; tell whether it meets all of them."""
+    factor, of_rows, steps = b.factor, b.of_rows, b.of_columns
+    for i in range(first, last):
+        of_rows[VIOLATION, i] = 0.0
+    for i in range(first, first + rank):
+        k = top + i - first
+        rest = of_rows[REST, i] - dot(factor, i, steps, STEP, top, k)
+        steps[STEP, k] = rest / factor[i, k]
+    met = True
+    for i in range(first + rank, last):
+        beyond = dot(factor, i, steps, STEP, top, top + rank) - of_rows[REST, i]
+        norm = of_rows[NORM, b.numbers[ORDER, i]]
+        met = met and abs(beyond) <= ZERO_TOLERANCE * norm * size
+    if not met:
+        compromise(b, top, first, last, rank)
+    return met
+
+
+@compiled
+def compromise(b: Buffers, top: int, first: int, last: int, rank: int) -> None:
+    """Solve the eliminated soft rows for the step by least squares; fill their violation."""
+    factor, triangle, of_rows, columns = b.factor, b.triangle, b.of_rows, b.of_columns
+    rows = last - first
+    for j in range(rank):
+        for i in range(rows):
+            triangle[j, i] = factor[first + i, top + j] if i >= j else 0.0
+    for i in range(rows):
+        of_rows[LEFT, i] = of_rows[REST, first + i]
+    for j in range(rank):
+        length = np.sqrt(dot(triangle, j, triangle, j, j, rows))
+        columns[SCRATCH, j] = make_reflector(triangle, j, triangle, j, rows, length)
+        for k in range(j + 1, rank):
+            reflect(triangle, k, triangle, j, rows)
+        reflect(of_rows, LEFT, triangle, j, rows)
+    for j in range(rank - 1, -1, -1):
+        rest = of_rows[LEFT, j]
+        for k in range(j + 1, rank):
+            rest -= triangle[k, j] * columns[STEP, top + k]
+        columns[STEP, top + j] = rest / columns[SCRATCH, j]
+        of_rows[LEFT, j] = 0.0
+    for j in range(rank - 1, -1, -1):
+        reflect(of_rows, LEFT, triangle, j, rows)
+    for i in range(rows):
+        of_rows[VIOLATION, first + i] = -of_rows[LEFT, i]
+
+
+@compiled
+def reach_goal(b: Buffers, fixed: int, hard: int) -> None:
+    """Solve soft rows that are the unit matrix: go straight to the goal in what is free.
+
+    Leaves as scratch how far the hard rows keep it from there, along their own reflectors.
+    """
+    columns, reflectors = b.of_columns, b.reflectors
+    n = columns.shape[1]
+    for c in range(n):
+        columns[NEXT_V, c] = columns[GOAL, c] - columns[V, c]
+    for j in range(fixed + hard):
+        reflect(columns, NEXT_V, reflectors, j, n)
+    for j in range(hard):
+        columns[SCRATCH, j] = columns[STEP, fixed + j] - columns[NEXT_V, fixed + j]
+    for c in range(fixed + hard, n):
+        columns[STEP, c] = columns[NEXT_V, c]
+
+
+@compiled
+def go(b: Buffers, fixed: int, reflectors: int, stop: int) -> None:
+    """Turn the coordinates fixed..stop of the step into the step, and go to the next v."""
+    columns, u = b.of_columns, b.reflectors
+    n = columns.shape[1]
+    for c in range(fixed):
+        columns[STEP, c] = 0.0
+    for c in range(stop, n):
+        columns[STEP, c] = 0.0
+    for j in range(reflectors - 1, -1, -1):
+        reflect(columns, STEP, u, j, n)
+    for c in range(n):
+        columns[NEXT_V, c] = columns[V, c] + columns[STEP, c]
+
+
+@compiled
+def weigh_by_violation(b: Buffers, level: Level, hard: int, last: int) -> None:
+    """Fill the multipliers of the hard working rows, and their noise, from the soft rows."""
+    factor, of_rows, columns = b.factor, b.of_rows, b.of_columns
+    columns[MULTIPLIER, :hard] = 0.0
+    rounding = 0.0
+    for i in range(hard, last):
+        norm, beyond = of_rows[NORM, b.numbers[ORDER, i]], of_rows[VIOLATION, i]
+        rounding += ROUNDING * norm * (norm * level.size + abs(beyond))
+        for j in range(hard):
+            columns[MULTIPLIER, j] -= beyond * factor[i, level.fixed + j]
+    weigh(b, level.fixed, hard, rounding)
+
+
+@compiled
+def weigh_by_goal(b: Buffers, level: Level, hard: int) -> None:
+    """Fill the multipliers of the hard working rows, and their noise, from the missed goal."""
+    columns = b.of_columns
+    for j in range(hard):
+        columns[MULTIPLIER, j] = -level.weight * columns[SCRATCH, j]
+    weigh(b, level.fixed, hard, ROUNDING * level.weight * level.size)
+
+
+@compiled
+def weigh(b: Buffers, fixed: int, hard: int, rounding: float) -> None:
+    """Solve triangle^T x = multipliers in place; scale the rounding by the inverse's columns."""
+    factor, columns = b.factor, b.of_columns
+    for i in range(hard - 1, -1, -1):
+        columns[MULTIPLIER, i] /= factor[i, fixed + i]
+        for j in range(i):
+            columns[MULTIPLIER, j] -= factor[i, fixed + j] * columns[MULTIPLIER, i]
+    for j in range(hard):
+        squares = 0.0
+        for i in range(j, hard):
+            rest = 1.0 if i == j else 0.0
+            for k in range(j, i):
+                rest -= factor[i, fixed + k] * columns[SCRATCH, k]
+            columns[SCRATCH, i] = rest / factor[i, fixed + i]
+            squares += columns[SCRATCH, i] ** 2
+        columns[NOISE, j] = rounding * np.sqrt(squares)

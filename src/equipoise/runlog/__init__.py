@@ -1,0 +1,23 @@
+"""Logs of runs: written while a run runs, safe against its death, read back as arrays."""
+
+from __future__ import annotations
+
+from equipoise.runlog.channels import Channel
+from equipoise.runlog.export import export_csv, export_npz
+from equipoise.runlog.folders import latest_run, new_run_folder, read_summary, write_summary
+from equipoise.runlog.reader import load_run
+from equipoise.runlog.run import Run
+from equipoise.runlog.writer import RunWriter
+
+__all__ = [
+    "Channel",
+    "Run",
+    "RunWriter",
+    "export_csv",
+    "export_npz",
+    "latest_run",
+    "load_run",
+    "new_run_folder",
+    "read_summary",
+    "write_summary",
+]

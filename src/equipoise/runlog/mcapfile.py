@@ -1,0 +1,196 @@
+"""An MCAP file with one topic, appended so that whatever is on the disk can be read.
+
+Each chunk is put together in memory and written by one call at a known place. A chunk counts only
+once it is noted in `_commits`, and its place follows from there: a write that was interrupted
+(Ctrl-C) or failed (disk full) is written over or cut off, never left in the middle of the file.
+"""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from io import FileIO
+from pathlib import Path
+
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    MessageIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+
+from equipoise.runlog.layout import CHANNEL_ID
+
+MAGIC = b"\x89MCAP0\r\n"
+TOPIC = "/tick"
+COMPRESSION_LEVEL = -5  # zstd's fast levels: nearly the ratio of level 1 at half its time or less
+
+
+@dataclass(frozen=True)
+class _Commit:
+    """A chunk that is on the disk; `ticks` and `end` [bytes] count from the start of the file."""
+
+    ticks: int
+    end: int
+    index: ChunkIndex | None
+
+
+class McapFile:
+    """Append chunks of ticks to a new MCAP file.
+
+    Raises: OSError wherever the operating system refuses; FileExistsError if the file exists.
+    """
+
+    def __init__(
+        self, path: Path, *, schema_name: str, schema: bytes, metadata: Mapping[str, dict[str, str]]
+    ) -> None:
+        self._schema = Schema(id=1, data=schema, encoding="protobuf", name=schema_name)
+        self._channel = Channel(
+            id=CHANNEL_ID, topic=TOPIC, message_encoding="protobuf", metadata={}, schema_id=1
+        )
+        self._metadata_indexes: list[MetadataIndex] = []
+        self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
+        self._commits: list[_Commit] = []
+        self._stream = _create(path)
+        try:
+            self._write_opening(metadata)
+        except BaseException:
+            self._stream.close()
+            raise
+
+    @property
+    def ticks(self) -> int:
+        """Number of ticks on the disk."""
+        return self._commits[-1].ticks
+
+    def append(self, ticks: Sequence[tuple[float, bytes]]) -> None:
+        """Write one chunk of ticks: time [s] and message record of each."""
+        last = self._commits[-1]
+        content = b"".join(record for _, record in ticks)
+        times = [round(t * 1e9) for t, _ in ticks]
+        chunk = Chunk(
+            compression="zstd",
+            data=self._compressor.compress(content),
+            message_start_time=times[0],
+            message_end_time=times[-1],
+            uncompressed_crc=zlib.crc32(content),
+            uncompressed_size=len(content),
+        )
+        builder = RecordBuilder()
+        chunk.write(builder)
+        length = builder.count
+        offsets = range(0, len(content), len(ticks[0][1]))  # all records have the same length
+        MessageIndex(CHANNEL_ID, list(zip(times, offsets, strict=True))).write(builder)
+        block = builder.end()
+        index = ChunkIndex(
+            message_start_time=chunk.message_start_time,
+            message_end_time=chunk.message_end_time,
+            chunk_start_offset=last.end,
+            chunk_length=length,
+            message_index_offsets={CHANNEL_ID: last.end + length},
+            message_index_length=len(block) - length,
+            compression=chunk.compression,
+            compressed_size=len(chunk.data),
+            uncompressed_size=chunk.uncompressed_size,
+        )
+        commit = _Commit(last.ticks + len(ticks), last.end + len(block), index)
+        self._write(block, last.end)
+        self._commits.append(commit)
+
+    def finish(self) -> None:
+        """Write the summary and the footer."""
+        builder = RecordBuilder()
+        DataEnd(0).write(builder)
+        end = self._commits[-1].end
+        start = end + builder.count
+        block = builder.end() + self._summary(start) + MAGIC
+        self._write(block, end)
+        os.ftruncate(self._stream.fileno(), end + len(block))
+
+    def cut(self) -> None:
+        """Cut off what follows the last whole chunk."""
+        os.ftruncate(self._stream.fileno(), self._commits[-1].end)
+
+    def close(self) -> None:
+        """Close the file as it is."""
+        self._stream.close()
+
+    def _write_opening(self, metadata: Mapping[str, dict[str, str]]) -> None:
+        builder = RecordBuilder()
+        builder.write(MAGIC)
+        Header(profile="", library="equipoise").write(builder)
+        for name, content in metadata.items():
+            offset = builder.count
+            Metadata(name=name, metadata=content).write(builder)
+            self._metadata_indexes.append(MetadataIndex(offset, builder.count - offset, name))
+        self._schema.write(builder)
+        self._channel.write(builder)
+        block = builder.end()
+        self._write(block, 0)
+        self._commits.append(_Commit(0, len(block), None))
+
+    def _write(self, block: bytes, offset: int) -> None:
+        remaining = memoryview(block)
+        while remaining:
+            written = os.pwrite(self._stream.fileno(), remaining, offset)
+            remaining, offset = remaining[written:], offset + written
+
+    def _summary(self, start: int) -> bytes:
+        """Summary section and footer for a summary that starts at byte `start`."""
+        builder = RecordBuilder()
+        groups: dict[Opcode, list[McapRecord]] = {
+            Opcode.SCHEMA: [self._schema],
+            Opcode.CHANNEL: [self._channel],
+            Opcode.STATISTICS: [self._statistics()],
+            Opcode.CHUNK_INDEX: self._chunk_indexes(),
+            Opcode.METADATA_INDEX: list(self._metadata_indexes),
+        }
+        offsets = []
+        for opcode, records in groups.items():
+            group_start = builder.count
+            for record in records:
+                record.write(builder)
+            offsets.append(SummaryOffset(opcode, start + group_start, builder.count - group_start))
+        offsets_start = start + builder.count
+        for offset in offsets:
+            offset.write(builder)
+        summary = builder.end()
+        Footer(start, offsets_start, 0).write(builder)
+        unsigned = builder.end()[:-4]  # the footer's last field is the checksum of all before it
+        return summary + unsigned + zlib.crc32(summary + unsigned).to_bytes(4, "little")
+
+    def _chunk_indexes(self) -> list[McapRecord]:
+        return [commit.index for commit in self._commits if commit.index is not None]
+
+    def _statistics(self) -> Statistics:
+        indexes = [commit.index for commit in self._commits if commit.index is not None]
+        return Statistics(
+            attachment_count=0,
+            channel_count=1,
+            channel_message_counts={CHANNEL_ID: self.ticks},
+            chunk_count=len(indexes),
+            message_count=self.ticks,
+            message_start_time=indexes[0].message_start_time if indexes else 0,
+            message_end_time=indexes[-1].message_end_time if indexes else 0,
+            metadata_count=len(self._metadata_indexes),
+            schema_count=1,
+        )
+
+
+def _create(path: Path) -> FileIO:
+    """Open a new file for unbuffered writing."""
+    return open(path, "xb", buffering=0)

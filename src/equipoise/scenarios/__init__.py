@@ -1,0 +1,14 @@
+"""Scenarios: typed YAML files, what they build, and the one loop that runs them."""
+
+from equipoise.scenarios.catalogue import named_scenarios, read_scenario
+from equipoise.scenarios.read import apply_overrides, parse_scenario, resolved_text
+from equipoise.scenarios.schema import Scenario
+
+__all__ = [
+    "Scenario",
+    "apply_overrides",
+    "named_scenarios",
+    "parse_scenario",
+    "read_scenario",
+    "resolved_text",
+]

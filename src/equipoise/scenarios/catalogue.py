@@ -1,0 +1,39 @@
+"""The scenarios that come with the package, and reading one by name or path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from equipoise.errors import NameNotFoundError, ScenarioError
+from equipoise.scenarios.read import parse_scenario
+from equipoise.scenarios.schema import Scenario
+
+_FOLDER = Path(__file__).parent / "files"
+
+
+def named_scenarios() -> dict[str, Path]:
+    """Return the path of each shipped scenario by name."""
+    return {path.stem: path for path in sorted(_FOLDER.glob("*.yaml"))}
+
+
+def read_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
+    """Return a shipped scenario by name, or one from a YAML file.
+
+    Raises: `NameNotFoundError`, `ScenarioError`.
+    """
+    known = named_scenarios()
+    path = known.get(name_or_path)
+    if path is None:
+        path = Path(name_or_path)
+        if path.suffix not in (".yaml", ".yml"):
+            raise NameNotFoundError(
+                "scenario", name_or_path, known, remedy="A path must end in .yaml."
+            )
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(
+            f"cannot read the scenario file: {error}", path=str(path), known=known
+        ) from None
+    return parse_scenario(text, overrides, source=path.name)

@@ -1,0 +1,184 @@
+"""From a scenario to levels of tasks: one builder a kind of task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from equipoise.errors import InputError, NameNotFoundError, ScenarioError
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.scenarios import schema
+from equipoise.scenarios.places import (
+    Places,
+    at_path,
+    check_handle,
+    check_object,
+    frame_of,
+)
+from equipoise.spatial import pose
+from equipoise.tasks import (
+    AttachedTrajectory,
+    AvoidanceTask,
+    ComPolygonTask,
+    ContactTask,
+    FixedPose,
+    FramePoseTask,
+    GazeTask,
+    JointLimitsTask,
+    PostureTask,
+    Task,
+    Waypoint,
+    WaypointTrajectory,
+)
+
+APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
+
+
+def build_levels(scenario: schema.Scenario, places: Places) -> list[list[Task]]:
+    """Return the levels of the run: contacts at level 0, then tasks by priority."""
+    tasks = {name: _build(name, spec, scenario, places) for name, spec in _enabled(scenario)}
+    contacts = ContactTask("contacts", places.contacts, rate=scenario.control.contact_rate)
+    return _by_priority(scenario, contacts, tasks)
+
+
+def build_start_levels(scenario: schema.Scenario, places: Places) -> list[list[Task]]:
+    """Return the levels that lead from half-sitting (t = -APPROACH_TIME) to the start (t = 0).
+
+    Only the soles are in contact, and hands are led to their first target on a smooth way.
+    """
+    tasks = {}
+    for name, spec in _enabled(scenario):
+        if isinstance(spec, schema.HandOnObjectSpec):
+            tasks[name] = _approach(name, spec, scenario, places)
+        else:
+            tasks[name] = _build(name, spec, scenario, places)
+    contacts = ContactTask("contacts", places.soles, rate=scenario.control.contact_rate)
+    return _by_priority(scenario, contacts, tasks)
+
+
+def _enabled(scenario: schema.Scenario) -> list[tuple[str, Any]]:
+    return [(name, spec) for name, spec in scenario.tasks.items() if spec.enabled]
+
+
+def _by_priority(
+    scenario: schema.Scenario, contacts: ContactTask, tasks: dict[str, Task]
+) -> list[list[Task]]:
+    priorities = sorted({scenario.tasks[name].priority for name in tasks})
+    levels: list[list[Task]] = [[contacts]]
+    for priority in priorities:
+        levels.append([t for name, t in tasks.items() if scenario.tasks[name].priority == priority])
+    return levels
+
+
+def _build(name: str, spec: Any, scenario: schema.Scenario, places: Places) -> Task:
+    return _BUILDERS[type(spec)](name, spec, scenario, places)
+
+
+def _hold_frame(
+    name: str, spec: schema.HoldFrameSpec, scenario: schema.Scenario, places: Places
+) -> Task:
+    frame_id = frame_of(places.robot, spec.frame, f"tasks.{name}.frame")
+    return FramePoseTask(
+        name, frame_id, FixedPose(_at_half_sitting(places, frame_id)), rate=spec.rate
+    )
+
+
+def _hand_on_object(
+    name: str, spec: schema.HandOnObjectSpec, scenario: schema.Scenario, places: Places
+) -> Task:
+    check_handle(scenario, spec.object, spec.hand, f"tasks.{name}.hand")
+    target = places.hand_trajectory(spec.hand, spec.object)
+    return FramePoseTask(name, places.robot.frame_id(spec.hand), target, rate=spec.rate)
+
+
+def _approach(
+    name: str, spec: schema.HandOnObjectSpec, scenario: schema.Scenario, places: Places
+) -> Task:
+    check_handle(scenario, spec.object, spec.hand, f"tasks.{name}.hand")
+    frame_id = places.robot.frame_id(spec.hand)
+    first = places.hand_trajectory(spec.hand, spec.object).at(0.0).T_world_target
+    way = WaypointTrajectory(
+        [Waypoint(-APPROACH_TIME, _at_half_sitting(places, frame_id)), Waypoint(0.0, first)]
+    )
+    return FramePoseTask(name, frame_id, way, rate=spec.rate)
+
+
+def _com_polygon(
+    name: str, spec: schema.ComPolygonSpec, scenario: schema.Scenario, places: Places
+) -> Task:
+    return ComPolygonTask(name, places.polygon, margin=spec.margin, rate=spec.rate)
+
+
+def _joint_limits(
+    name: str, spec: schema.JointLimitsSpec, scenario: schema.Scenario, places: Places
+) -> Task:
+    return JointLimitsTask(
+        name,
+        places.robot,
+        margin=spec.margin,
+        velocity_share=spec.velocity_share,
+        rate=spec.rate,
+    )
+
+
+def _gaze(name: str, spec: schema.GazeSpec, scenario: schema.Scenario, places: Places) -> Task:
+    check_object(scenario, spec.object, f"tasks.{name}.object")
+    if places.robot.camera is None:
+        raise ScenarioError(
+            "the robot has no camera frame",
+            path=f"tasks.{name}",
+            remedy="Name one in the robot's YAML, or disable the task",
+        )
+    target = AttachedTrajectory(places.objects[spec.object], pose(spec.offset))
+    return GazeTask(name, places.robot.frame_id(places.robot.camera), target, rate=spec.rate)
+
+
+def _avoidance(
+    name: str, spec: schema.AvoidanceSpec, scenario: schema.Scenario, places: Places
+) -> Task:
+    pairs = []
+    for i, (first, second) in enumerate(spec.pairs):
+        try:
+            pairs.append(places.scene.pair(first, second))
+        except InputError as error:
+            raise at_path(error, f"tasks.{name}.pairs.{i}") from None
+    return AvoidanceTask(
+        name,
+        places.scene,
+        pairs,
+        influence=spec.influence,
+        security=spec.security,
+        damping=spec.damping,
+    )
+
+
+def _posture(
+    name: str, spec: schema.PostureSpec, scenario: schema.Scenario, places: Places
+) -> Task:
+    robot = places.robot
+    q_joints = robot.q_half_sitting[7:].copy()
+    for joint, value in spec.joints.items():
+        try:
+            q_joints[robot.joint_index(joint)] = value
+        except NameNotFoundError as error:
+            raise at_path(error, f"tasks.{name}.joints.{joint}") from None
+    return PostureTask(name, robot, q_joints, rate=spec.rate)
+
+
+_BUILDERS: dict[type, Callable[..., Task]] = {
+    schema.HoldFrameSpec: _hold_frame,
+    schema.HandOnObjectSpec: _hand_on_object,
+    schema.ComPolygonSpec: _com_polygon,
+    schema.JointLimitsSpec: _joint_limits,
+    schema.GazeSpec: _gaze,
+    schema.AvoidanceSpec: _avoidance,
+    schema.PostureSpec: _posture,
+}
+
+
+def _at_half_sitting(places: Places, frame_id: int):
+    robot = places.robot
+    kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
+    return kin.placement(frame_id)

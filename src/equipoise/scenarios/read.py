@@ -1,0 +1,226 @@
+"""Reading scenario text: YAML 1.2 without duplicate keys, overrides, errors with line and path."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from equipoise.errors import NameNotFoundError, ScenarioError
+from equipoise.scenarios import schema
+from equipoise.scenarios.schema import Scenario
+
+_SIZE_MAX = 1_000_000
+
+
+def parse_scenario(text: str, overrides: Sequence[str] = (), *, source: str = "") -> Scenario:
+    """Return the scenario that `text` describes, with `path=value` overrides applied.
+
+    Raises: `ScenarioError` naming the line or path, what was given and what is known.
+    """
+    tree = _load(text, source)
+    plain = _plain(tree)
+    apply_overrides(plain, overrides)
+    try:
+        return Scenario.model_validate(plain)
+    except ValidationError as error:
+        raise _translate(error, tree) from None
+
+
+def resolved_text(scenario: Scenario) -> str:
+    """Return the scenario as YAML with every default written out; it parses back to itself."""
+    yaml = YAML(typ="safe")
+    yaml.default_flow_style = None
+    yaml.width = 100
+    yaml.sort_base_mapping_type_on_output = False
+    stream = io.StringIO()
+    yaml.dump(scenario.model_dump(mode="json", exclude_none=True), stream)
+    return stream.getvalue()
+
+
+def apply_overrides(tree: dict[str, Any], overrides: Sequence[str]) -> None:
+    """Write each `a.b.c=value` into the nested mappings of `tree`; list items go by number.
+
+    Raises: `ScenarioError` if a step of a path does not lead on.
+    """
+    for override in overrides:
+        path, separator, value = override.partition("=")
+        if not separator or not path.strip():
+            raise ScenarioError(
+                "an override has the form path=value",
+                given=override,
+                remedy="For example --set control.gains.alpha=10",
+            )
+        _write(tree, path.strip(), _value(value, path))
+
+
+def _load(text: str, source: str) -> Any:
+    if len(text) > _SIZE_MAX:
+        raise ScenarioError(f"{source or 'the scenario'} is longer than {_SIZE_MAX} characters")
+    try:
+        tree = YAML(typ="rt", pure=True).load(text)
+    except YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        problem = getattr(error, "problem", None) or str(error)
+        line = mark.line + 1 if mark is not None else None
+        raise ScenarioError(f"not valid YAML: {problem}", path=source, line=line) from None
+    if not isinstance(tree, dict):
+        raise ScenarioError("a scenario is a mapping of keys to values", path=source)
+    return tree
+
+
+def _plain(node: Any) -> Any:
+    """Return ruamel's tree as plain dicts, lists, str, int, float, bool."""
+    if isinstance(node, dict):
+        return {str(key): _plain(value) for key, value in node.items()}
+    if isinstance(node, list):
+        return [_plain(value) for value in node]
+    if isinstance(node, bool) or node is None:
+        return node
+    for kind in (int, float, str):
+        if isinstance(node, kind):
+            return kind(node)
+    return str(node)
+
+
+def _value(text: str, path: str) -> Any:
+    try:
+        return _plain(YAML(typ="rt", pure=True).load(text))
+    except YAMLError:
+        raise ScenarioError("the value is not valid YAML", path=path, given=text) from None
+
+
+def _write(tree: Any, path: str, value: Any) -> None:
+    *parents, last = path.split(".")
+    node = tree
+    for i, step in enumerate(parents):
+        node = _descend(node, step, ".".join(parents[: i + 1]))
+    if isinstance(node, list):
+        node[_index(node, last, path)] = value
+    elif isinstance(node, dict):
+        node[last] = value
+    else:
+        raise ScenarioError("the path leads into a plain value", path=path)
+
+
+def _descend(node: Any, step: str, path: str) -> Any:
+    if isinstance(node, list):
+        return node[_index(node, step, path)]
+    if isinstance(node, dict):
+        return node.setdefault(step, {})
+    raise ScenarioError("the path leads into a plain value", path=path)
+
+
+def _index(items: list[Any], step: str, path: str) -> int:
+    if not step.isdigit() or int(step) >= len(items):
+        raise ScenarioError(
+            "no such item of the list", path=path, given=step, remedy=f"It has {len(items)} items"
+        )
+    return int(step)
+
+
+def _translate(error: ValidationError, tree: Any) -> ScenarioError:
+    """Return our error for the first complaint of pydantic."""
+    first = error.errors(include_url=False)[0]
+    place = [part for part in first["loc"] if not _is_tag(part)]
+    path = ".".join(str(part) for part in place)
+    message = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "extra_forbidden":
+        known = _known_keys(place[:-1], tree)
+        hint = NameNotFoundError("key", str(place[-1]), known)
+        return ScenarioError(
+            f"unknown key {place[-1]!r}",
+            path=path,
+            line=_line(tree, place),
+            known=known,
+            remedy=hint.remedy,
+        )
+    if first["type"] == "missing":
+        return ScenarioError(
+            f"key {place[-1]!r} is missing", path=path, line=_line(tree, place[:-1])
+        )
+    given = first.get("input")
+    if isinstance(given, dict | list | BaseModel) and len(str(given)) > 80:
+        given = None
+    return ScenarioError(message, path=path, line=_line(tree, place), given=given)
+
+
+_TAGS = {
+    tag
+    for union in (schema.ContactSpec, schema.TaskSpec)
+    for member in get_args(get_args(union)[0])
+    for tag in get_args(member.model_fields["kind"].annotation)
+}
+
+
+def _is_tag(part: Any) -> bool:
+    """Pydantic puts the tag of a tagged union into the place; it is no key of the file."""
+    return part in _TAGS
+
+
+def _known_keys(place: list[Any], tree: Any) -> list[str]:
+    """Return the keys that the section at `place` may have."""
+    model: Any = Scenario
+    node = tree
+    for part in place:
+        node = _step(node, part)
+        model = _next_model(model, part, node)
+        if model is None:
+            return []
+    return list(model.model_fields) if hasattr(model, "model_fields") else []
+
+
+def _next_model(model: Any, part: Any, node: Any) -> Any:
+    annotation: Any = model
+    if isinstance(model, type) and issubclass(model, BaseModel):
+        field = model.model_fields.get(str(part))
+        if field is None:
+            return None
+        annotation = field.annotation
+    else:
+        annotation = get_args(model)[-1] if get_args(model) else None
+    return _resolve(annotation, node)
+
+
+def _resolve(annotation: Any, node: Any) -> Any:
+    """Return the model behind an annotation: the member of a union that `node` chose, if any."""
+    models = [m for m in _members(annotation) if isinstance(m, type) and issubclass(m, BaseModel)]
+    if len(models) > 1 and isinstance(node, dict):
+        for m in models:
+            kinds = get_args(m.model_fields["kind"].annotation) if "kind" in m.model_fields else ()
+            if node.get("kind") in kinds:
+                return m
+    return models[0] if len(models) == 1 else annotation
+
+
+def _members(annotation: Any) -> list[Any]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    origin_is_container = getattr(annotation, "__origin__", None) in (dict, list)
+    if origin_is_container:
+        return []
+    return [m for argument in get_args(annotation) for m in _members(argument)]
+
+
+def _step(node: Any, part: Any) -> Any:
+    try:
+        return node[part]
+    except (KeyError, IndexError, TypeError):
+        return None
+
+
+def _line(tree: Any, place: list[Any]) -> int | None:
+    """Return the line (from 1) of the deepest part of `place` that the file has."""
+    node, line = tree, None
+    for part in place:
+        positions = getattr(getattr(node, "lc", None), "data", None) or {}
+        if part in positions:
+            line = positions[part][0] + 1
+        node = _step(node, part)
+        if node is None:
+            break
+    return line

@@ -1,0 +1,291 @@
+"""A scenario made ready to run: motion generator, controller and engine wired, tick by tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from time import perf_counter_ns
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.contacts import ReactionMargins, SoleContact, reaction_margins
+from equipoise.control import (
+    Command,
+    ControlGains,
+    ControlStatus,
+    GainAdvice,
+    Measurement,
+    PassivityController,
+    Profile,
+    SignFunction,
+    Target,
+    advise_gains,
+)
+from equipoise.hqp import Status, make_solver
+from equipoise.kinematics import Kinematics, KinematicsEvaluator
+from equipoise.motion import MotionGenerator, MotionStep, solve_posture
+from equipoise.physics import PhysicsState, RigidContactEngine
+from equipoise.robots import Robot
+from equipoise.runlog import Channel
+from equipoise.scenarios import schema
+from equipoise.scenarios.levels import APPROACH_TIME, build_levels, build_start_levels
+from equipoise.scenarios.places import Places, at_path, build_places, check_object, frame_of
+from equipoise.spatial import Array
+from equipoise.tasks import AvoidanceTask, FramePoseTask, Task
+from equipoise.world import DistanceEvaluator, Pair
+
+CONTROL_CODES = {ControlStatus.RUN: 0.0, ControlStatus.SATURATED: 1.0, ControlStatus.HELD: 2.0}
+HIERARCHY_CODES = {Status.SOLVED: 0.0, Status.ITERATION_LIMIT: 1.0, Status.FAILED: 2.0}
+
+
+class Simulation:
+    """Everything of one run; `ticks` runs it and yields what is logged.
+
+    Building it finds the starting posture, so it takes a moment.
+    Raises: `ScenarioError`, `PostureNotFoundError`.
+    """
+
+    def __init__(self, scenario: schema.Scenario) -> None:
+        self.scenario = scenario
+        self.places = build_places(scenario)
+        self.robot = self.places.robot
+        self.levels = build_levels(scenario, self.places)
+        self.pairs = _monitored_pairs(scenario, self.places, self.levels)
+        self.q_start = self._starting_posture()
+        self.advice = self._advice()
+        self.profiles = _profiles(scenario)
+        self.dt = scenario.control.period
+        self.steps = round(scenario.duration / self.dt)
+        self.motion = MotionGenerator(
+            self.robot, self.levels, make_solver(scenario.control.solver), self.dt, self.q_start
+        )
+        self.controller = PassivityController(
+            self.robot, self.places.contacts, _gains(scenario.control.gains, self.advice), self.dt
+        )
+        self.engine = self._engine()
+        self.tick_ns = np.zeros((self.steps, 2), dtype=np.int64)
+        self._measured_kinematics = KinematicsEvaluator(self.robot)
+        self._distances = DistanceEvaluator(self.places.scene, self.pairs)
+        self._frame_tasks = [
+            t for level in self.levels for t in level if isinstance(t, FramePoseTask)
+        ]
+
+    def _starting_posture(self) -> Array:
+        levels = build_start_levels(self.scenario, self.places)
+        must_hold = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
+        solver = make_solver(self.scenario.control.solver)
+        q_half_sitting = self.robot.q_half_sitting
+        return solve_posture(
+            self.robot, levels, solver, q_half_sitting, t_from=-APPROACH_TIME, must_hold=must_hold
+        )
+
+    def _advice(self) -> GainAdvice:
+        gains = self.scenario.control.gains
+        return advise_gains(
+            self.robot,
+            self.places.contacts,
+            self.q_start,
+            self.scenario.control.period,
+            alpha=gains.alpha,
+            kappa=gains.kappa,
+        )
+
+    def _engine(self) -> RigidContactEngine:
+        physics = self.scenario.physics
+        return RigidContactEngine(
+            true_robot(self.scenario, self.places),
+            self.places.contacts,
+            self.q_start,
+            self.dt,
+            substeps=physics.substeps,
+            position_gain=physics.position_gain,
+            velocity_gain=physics.velocity_gain,
+            joint_damping=physics.joint_damping,
+        )
+
+    @property
+    def channels(self) -> list[Channel]:
+        """What every tick logs."""
+        return _channels(self.robot, self.places, self.levels, self.pairs)
+
+    def ticks(self) -> Iterator[tuple[float, dict[str, Array]]]:
+        """Run; yield time and logged values of each tick. `lam` acts during the tick.
+
+        Raises: `DivergedError`.
+        """
+        state = self.engine.state
+        for k in range(self.steps):
+            t = k * self.dt
+            began = perf_counter_ns()
+            motion = self.motion.step(t)
+            lam_ref = np.array([profile.at(t) for profile in self.profiles])
+            command = self.controller.step(
+                t,
+                Measurement(state.q, state.v, state.lam),
+                Target(motion.q_ref, motion.v_ref, lam_ref),
+            )
+            controlled = perf_counter_ns()
+            after = self.engine.step(command.tau)
+            self.tick_ns[k] = controlled - began, perf_counter_ns() - controlled
+            yield t, self._logged(t, state, motion, command, lam_ref, after)
+            state = after
+
+    def _logged(
+        self,
+        t: float,
+        state: PhysicsState,
+        motion: MotionStep,
+        command: Command,
+        lam_ref: Array,
+        after: PhysicsState,
+    ) -> dict[str, Array]:
+        kin = self._measured_kinematics.at(state.q, state.v)
+        values = {
+            "q": state.q,
+            "v": state.v,
+            "q_ref": motion.q_ref,
+            "v_ref": motion.v_ref,
+            "tau": command.tau,
+            "dq": pin.difference(self.robot.model, motion.q_ref, state.q),
+            "s": command.s,
+            "com": kin.p_world_com,
+            "com_margin": np.array([self.places.polygon.margin(kin.p_world_com)]),
+            "distance": self._distances.at(kin),
+            "slack": np.array(motion.solution.slack),
+            "drift": np.array([after.drift]),
+            "status": np.array(
+                [CONTROL_CODES[command.status], HIERARCHY_CODES[motion.solution.status]]
+            ),
+        }
+        self._log_contacts(values, after, lam_ref)
+        for task in self._frame_tasks:
+            values[f"error/{task.name}"] = task.error(kin, t)
+        return values
+
+    def _log_contacts(self, values: dict[str, Array], after: PhysicsState, lam_ref: Array) -> None:
+        used = 0
+        for contact in self.places.contacts.contacts:
+            lam = after.lam[self.places.contacts.rows[contact.name]]
+            values[f"lam/{contact.name}"] = lam
+            count = len(contact.regulated)
+            if count:
+                values[f"lam_ref/{contact.name}"] = lam_ref[used : used + count]
+                used += count
+            if isinstance(contact, SoleContact):
+                margins = reaction_margins(lam, contact.sole, contact.friction)
+                values[f"margin/{contact.name}"] = margins.as_array()
+
+    def kinematics(self, q: Array) -> Kinematics:
+        """Return the kinematics of the nominal robot at `q` (nq,), at rest."""
+        return KinematicsEvaluator(self.robot).at(q, np.zeros(self.robot.nv))
+
+
+def true_robot(scenario: schema.Scenario, places: Places) -> Robot:
+    """Return the robot that is simulated: nominal, with the disturbances the law is not told."""
+    disturbances = scenario.disturbances
+    robot = places.robot
+    if disturbances.mass_scale != 1.0:
+        robot = robot.scaled(disturbances.mass_scale)
+    for i, payload in enumerate(disturbances.payloads):
+        path = f"disturbances.payloads.{i}"
+        point = np.array(payload.at)
+        if payload.object is not None:
+            check_object(scenario, payload.object, f"{path}.object")
+            frame = next(iter(scenario.world.objects[payload.object].handles))
+            point = places.handles[payload.object, frame].actInv(point)
+        else:
+            frame = payload.frame or ""
+            frame_of(robot, frame, f"{path}.frame")
+        robot = robot.with_payload(frame, payload.mass, tuple(point))
+    return robot
+
+
+def _monitored_pairs(
+    scenario: schema.Scenario, places: Places, levels: list[list[Task]]
+) -> list[Pair]:
+    pairs: dict[str, Pair] = {}
+    for level in levels:
+        for task in level:
+            if isinstance(task, AvoidanceTask):
+                pairs.update((pair.name, pair) for pair in task.pairs)
+    for i, (first, second) in enumerate(scenario.monitor):
+        try:
+            pair = places.scene.pair(first, second)
+        except Exception as error:
+            raise at_path(error, f"monitor.{i}") from None
+        pairs.setdefault(pair.name, pair)
+    return list(pairs.values())
+
+
+def _profiles(scenario: schema.Scenario) -> list[Profile]:
+    return [
+        Profile.of(profile.times, profile.values)
+        for contact in scenario.contacts.values()
+        if isinstance(contact, schema.GraspContactSpec)
+        for profile in contact.regulated.values()
+    ]
+
+
+def _gains(spec: schema.GainsSpec, advice: GainAdvice) -> ControlGains:
+    values = spec.model_dump(exclude={"kappa", "sgn_p", "sgn_F"})
+    return ControlGains(
+        K_d=advice.K_d,
+        sgn_p=SignFunction(spec.sgn_p.kind, spec.sgn_p.layer),
+        sgn_F=SignFunction(spec.sgn_F.kind, spec.sgn_F.layer),
+        **values,
+    )
+
+
+def _channels(
+    robot: Robot, places: Places, levels: list[list[Task]], pairs: list[Pair]
+) -> list[Channel]:
+    q_labels = ("x", "y", "z", "qx", "qy", "qz", "qw", *robot.joint_names)
+    q_units = ("m", "m", "m", "", "", "", "", *("rad",) * robot.na)
+    v_units = (*("m/s",) * 3, *("rad/s",) * (robot.na + 3))
+    dq_units = (*("m",) * 3, *("rad",) * (robot.na + 3))
+    channels = [
+        Channel("q", q_labels, q_units, "measured configuration, quaternion xyzw"),
+        Channel("v", robot.velocity_names, v_units, "measured velocity, base in base axes"),
+        Channel("q_ref", q_labels, q_units, "reference configuration"),
+        Channel("v_ref", robot.velocity_names, v_units, "reference velocity"),
+        Channel("tau", robot.joint_names, "N m", "commanded joint torques"),
+        Channel("dq", robot.velocity_names, dq_units, "posture error q (-) q_ref"),
+        Channel("s", robot.velocity_names, v_units, "extended error (21)"),
+        Channel("com", ("x", "y", "z"), "m", "centre of mass, world axes"),
+        Channel("com_margin", ("edge",), "m", "distance of the CoM projection to the polygon"),
+        Channel("distance", tuple(p.name for p in pairs), "m", "distances of monitored pairs"),
+        Channel("slack", tuple(f"level{i}" for i in range(len(levels))), "", "|w| of each level"),
+        Channel("drift", ("largest",), "m or rad", "largest violation of a contact"),
+        Channel(
+            "status",
+            ("control", "hierarchy"),
+            "",
+            "control: 0 run, 1 saturated, 2 held; hierarchy: 0 solved, 1 limit, 2 failed",
+        ),
+    ]
+    for contact in places.contacts.contacts:
+        name = contact.name
+        channels.append(
+            Channel(f"lam/{name}", contact.labels, contact.units, "multiplier, world on robot")
+        )
+        if contact.regulated:
+            units = tuple(contact.units[contact.labels.index(r)] for r in contact.regulated)
+            channels.append(
+                Channel(f"lam_ref/{name}", contact.regulated, units, "wanted multiplier")
+            )
+        if isinstance(contact, SoleContact):
+            channels.append(
+                Channel(
+                    f"margin/{name}",
+                    ReactionMargins.LABELS,
+                    ReactionMargins.UNITS,
+                    "distance of the reaction to what a floor cannot give",
+                )
+            )
+    for level in levels:
+        for task in level:
+            if isinstance(task, FramePoseTask):
+                channels.append(
+                    Channel(f"error/{task.name}", task.labels, task.units, "task error, world axes")
+                )
+    return channels

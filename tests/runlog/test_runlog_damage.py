@@ -1,0 +1,225 @@
+"""A log that was cut, killed or spoilt gives what is left of it, or a sentence; never a crash."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.writer import Writer
+
+from equipoise.errors import RunLogError
+from equipoise.runlog import Channel, Run, RunWriter, load_run
+from equipoise.runlog.folders import write_summary
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Give a whole run of 300 random ticks."""
+    folder = tmp_path_factory.mktemp("whole")
+    generator = np.random.default_rng(0)
+    channels = [Channel("q", tuple("abcde"), "m"), Channel("f", ("x",), "N")]
+    with RunWriter(folder, channels, scenario_text="a: 1\n", seed=5) as writer:
+        for i in range(300):
+            writer.write(i * 1e-3, {"q": generator.normal(size=5), "f": np.array([float(i)])})
+    return load_run(folder)
+
+
+@pytest.fixture(scope="module")
+def chunks(log: Run) -> list[tuple[int, int]]:
+    """Give (end [bytes], ticks so far) of each chunk, as an independent reader sees them."""
+    ends, ticks = [], 0
+    with open(log.folder / "run.mcap", "rb") as stream:
+        for index in make_reader(stream).get_summary().chunk_indexes:
+            ticks += round((index.message_end_time - index.message_start_time) / 1e6) + 1
+            ends.append((index.chunk_start_offset + index.chunk_length, ticks))
+    assert ends[-1][1] == 300
+    return ends
+
+
+@given(share=st.floats(0.0, 1.0))
+@settings(max_examples=80, deadline=None)
+def test_cut_anywhere_all_whole_chunks_are_read(
+    log: Run, chunks: list[tuple[int, int]], share: float
+) -> None:
+    content = (log.folder / "run.mcap").read_bytes()
+    cut = int(share * len(content))
+    wanted = max([ticks for end, ticks in chunks if end <= cut], default=0)
+    piece = log.folder / "piece.mcap"
+    piece.write_bytes(content[:cut])
+    try:
+        run = load_run(piece)
+    except RunLogError:
+        assert wanted == 0
+        return
+    assert run.t.size == wanted
+    assert np.array_equal(run["q"], log["q"][:wanted])
+    assert run.complete == (cut == len(content))
+    assert run.complete or "breaks off" in run.note
+    assert (run.scenario_text, run.seed) == ("a: 1\n", 5)
+
+
+@given(position=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
+@settings(max_examples=150, deadline=None)
+def test_a_flipped_bit_never_changes_a_number(log: Run, position: float, bit: int) -> None:
+    """Every number that is read is one that was written at that time; the rest is left out."""
+    content = bytearray((log.folder / "run.mcap").read_bytes())
+    content[int(position * len(content))] ^= 1 << bit
+    spoilt = log.folder / "spoilt.mcap"
+    spoilt.write_bytes(content)
+    try:
+        run = load_run(spoilt)
+    except RunLogError:
+        return
+    if run.names != log.names or run["q"].shape[1] != 5:
+        return  # the flip hit the description of the channels, which has no checksum
+    where = np.searchsorted(log.t, run.t)
+    assert np.array_equal(run.t, log.t[where])
+    assert np.array_equal(run["q"], log["q"][where])
+    assert run.t.size == 300 or not run.complete
+
+
+def test_a_spoilt_chunk_is_left_out_and_said(log: Run, chunks: list[tuple[int, int]]) -> None:
+    content = bytearray((log.folder / "run.mcap").read_bytes())
+    (_, before), (end, after) = chunks[2:4]
+    content[end - 40] ^= 0xFF
+    spoilt = log.folder / "spoilt.mcap"
+    spoilt.write_bytes(content)
+    run = load_run(spoilt)
+    assert not run.complete
+    assert "1 chunk had to be left out" in run.note
+    assert np.array_equal(run["f"][:, 0], np.delete(log["f"][:, 0], np.arange(before, after)))
+
+
+@given(st.binary(max_size=200))
+@settings(max_examples=60, deadline=None)
+def test_noise_after_the_magic_is_refused(log: Run, noise: bytes) -> None:
+    place = log.folder / "noise.mcap"
+    place.write_bytes(b"\x89MCAP0\r\n" + noise)
+    with pytest.raises(RunLogError):
+        load_run(place)
+
+
+def test_files_that_are_no_logs_are_named(tmp_path: Path) -> None:
+    place = tmp_path / "run.mcap"
+    place.write_bytes(b"")
+    with pytest.raises(RunLogError, match="is empty"):
+        load_run(tmp_path)
+    place.write_bytes(b"hello, world")
+    with pytest.raises(RunLogError, match="not an MCAP file"):
+        load_run(tmp_path)
+    place.write_bytes(b"\x89MC")
+    with pytest.raises(RunLogError, match="breaks off"):
+        load_run(tmp_path)
+    with open(place, "wb") as stream:
+        foreign = Writer(stream)
+        foreign.start()
+        foreign.finish()
+    with pytest.raises(RunLogError, match="not a log of Equipoise"):
+        load_run(tmp_path)
+
+
+def test_missing_runs_are_explained(tmp_path: Path, write: Callable) -> None:
+    with pytest.raises(RunLogError, match="it is empty"):
+        load_run(tmp_path)
+    write(tmp_path / "reach-1", 3)
+    with pytest.raises(RunLogError, match=r"it holds reach-1\. Give the folder of one run"):
+        load_run(tmp_path)
+    with pytest.raises(RunLogError, match="there are runs: reach-1"):
+        load_run(tmp_path / "reach-2")
+    with pytest.raises(RunLogError, match="no folder"):
+        load_run(tmp_path / "nowhere" / "reach")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to root")
+def test_a_forbidden_log_is_named(tmp_path: Path, write: Callable) -> None:
+    write(tmp_path, 3)
+    (tmp_path / "run.mcap").chmod(0)
+    with pytest.raises(RunLogError, match="Permission denied"):
+        load_run(tmp_path)
+
+
+def test_a_log_of_another_format_is_refused(tmp_path: Path, write: Callable) -> None:
+    write(tmp_path, 3)
+    log = tmp_path / "run.mcap"
+    entry = b"\x06\x00\x00\x00format\x01\x00\x00\x00"
+    content = log.read_bytes()
+    assert content.count(entry + b"1") == 1
+    log.write_bytes(content.replace(entry + b"1", entry + b"2"))
+    with pytest.raises(RunLogError, match="has format '2'"):
+        load_run(tmp_path)
+
+
+def test_a_spoilt_summary_does_not_hide_the_run(tmp_path: Path, write: Callable) -> None:
+    write(tmp_path, 3)
+    write_summary(tmp_path, {"error": float("inf")})
+    assert load_run(tmp_path).summary == {"error": float("inf")}
+    (tmp_path / "summary.json").write_text('{"error": ')
+    run = load_run(tmp_path)
+    assert run.summary is None
+    assert run.t.size == 3
+    assert "not valid JSON" in run.note
+
+
+def test_a_log_can_be_read_while_it_is_written(tmp_path: Path) -> None:
+    with RunWriter(tmp_path, [Channel("q", ("x",), "m")], scenario_text="", seed=0) as writer:
+        for i in range(50):
+            writer.write(i * 0.01, {"q": np.array([float(i)])})
+        writer.flush()
+        run = load_run(tmp_path)
+        assert run.t.size == 50
+        assert not run.complete
+    assert load_run(tmp_path).complete
+
+
+KILLED = textwrap.dedent(
+    """
+    import sys, time
+    import numpy as np
+    from pathlib import Path
+    from equipoise.runlog import Channel, RunWriter
+    writer = RunWriter(Path(sys.argv[1]), [Channel("q", tuple("abc"), "m")],
+                       scenario_text="a: 1", seed=1)
+    begin, last = time.perf_counter(), -1.0
+    while True:
+        t = (time.perf_counter() - begin) * float(sys.argv[2])
+        if t <= last:
+            continue
+        writer.write(t, {"q": np.full(3, t)})
+        last = t
+        print(repr(t), flush=True)
+        time.sleep(0.001)
+    """
+)
+
+
+@pytest.mark.parametrize("speed", [1.0, 20.0, 0.01])
+def test_a_killed_run_loses_less_than_half_a_second(tmp_path: Path, speed: float) -> None:
+    """kill -9 in full run, at real time, faster and slower: what was told is on the disk."""
+    with subprocess.Popen(
+        [sys.executable, "-c", KILLED, str(tmp_path), str(speed)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    ) as process:
+        told = []
+        for line in process.stdout:
+            told.append(float(line))
+            if told[-1] > 0.8 * speed:  # long enough that losing everything would be noticed
+                os.kill(process.pid, signal.SIGKILL)
+    run = load_run(tmp_path)
+    assert process.returncode == -signal.SIGKILL
+    assert not run.complete
+    assert np.array_equal(run["q"], np.repeat(run.t[:, None], 3, axis=1))
+    count = min(run.t.size, len(told))
+    assert np.array_equal(run.t[:count], told[:count])
+    assert told[-1] - run.t[-1] <= 0.5 * min(speed, 1.0)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import coal
 import numpy as np
@@ -16,6 +17,8 @@ from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import Kinematics
 from equipoise.robots import Robot
 from equipoise.spatial import Array
+
+_MIN_DISTANCE = attrgetter("min_distance")
 
 
 @dataclass(frozen=True)
@@ -143,16 +146,17 @@ class DistanceEvaluator:
         self.pairs = tuple(pairs)
         self._geometry = scene.geometry.copy()
         self._geometry.removeAllCollisionPairs()
-        self._nearest: list[int] = []
-        self._rows: list[slice] = []
+        self._bounds = [0]
         for pair in self.pairs:
-            start = len(self._geometry.collisionPairs)
             for i in scene.shapes_of(pair.first):
                 for j in scene.shapes_of(pair.second):
                     self._geometry.addCollisionPair(pin.CollisionPair(i, j))
-            self._rows.append(slice(start, len(self._geometry.collisionPairs)))
+            self._bounds.append(len(self._geometry.collisionPairs))
+        self._count = self._bounds[-1]
+        self._starts = np.array(self._bounds[:-1], dtype=int)
+        self._of_shapes = np.full(self._count, np.inf)
         self._geometry_data = self._geometry.createData()
-        self.joints = [self._joints(pair) for pair in self.pairs]
+        self._joint_ids = np.array([self._joints(pair) for pair in self.pairs], dtype=int)
 
     def _joints(self, pair: Pair) -> tuple[int, int]:
         objects = self.scene.geometry.geometryObjects
@@ -162,22 +166,36 @@ class DistanceEvaluator:
 
     def at(self, kin: Kinematics) -> Array:
         """Return the distance [m] (len(pairs),) of every pair at the state of `kin`."""
+        if not self.pairs:
+            return np.zeros(0)
         model, data = self.scene.robot.model, kin.pin_data
         pin.updateGeometryPlacements(model, data, self._geometry, self._geometry_data)
         pin.computeDistances(self._geometry, self._geometry_data)
-        results = self._geometry_data.distanceResults
-        shape_distances = [result.min_distance for result in results]
-        self._nearest = [
-            min(range(r.start, r.stop), key=shape_distances.__getitem__) for r in self._rows
-        ]
-        return np.array([shape_distances[k] for k in self._nearest])
+        of_shapes = np.fromiter(
+            map(_MIN_DISTANCE, self._geometry_data.distanceResults), float, self._count
+        )
+        distances = np.minimum.reduceat(of_shapes, self._starts)
+        self._of_shapes = of_shapes
+        return distances
 
     def witness(self, pair: int) -> PairDistance:
-        """Return distance, points and normal of a pair (its index) at the last state given to `at`."""
-        result = self._geometry_data.distanceResults[self._nearest[pair]]
+        """Return points and normal of a pair (its index) at the last state given to `at`."""
+        start, stop = self._bounds[pair], self._bounds[pair + 1]
+        nearest = start + int(np.argmin(self._of_shapes[start:stop]))
+        result = self._geometry_data.distanceResults[nearest]
         return PairDistance(
             result.min_distance,
-            np.array(result.getNearestPoint1()),
-            np.array(result.getNearestPoint2()),
-            np.array(result.normal),
+            result.getNearestPoint1(),
+            result.getNearestPoint2(),
+            result.normal,
         )
+
+    def jacobian(self, kin: Kinematics, pairs: Array) -> Array:
+        """Return rows (k, nv): rates of the distances of chosen pairs (indices) at that state."""
+        found = [self.witness(pair) for pair in pairs]
+        normals = np.array([w.normal for w in found])
+        first = np.array([w.p_world_first for w in found])
+        second = np.array([w.p_world_second for w in found])
+        joints = self._joint_ids[pairs]
+        rates = kin.point_speed_rows(joints[:, 1], second, normals)
+        return rates - kin.point_speed_rows(joints[:, 0], first, normals)

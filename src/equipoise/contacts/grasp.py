@@ -51,15 +51,11 @@ class GraspContact(Contact):
         R_a, lever = self._axes_and_lever(kin)
         omega_a = twist_a[3:]
         difference = twist_b - twist_a
-        seen = difference[:3] - np.cross(omega_a, lever)
-        linear = (
-            bias_b[:3]
-            - bias_a[:3]
-            - np.cross(bias_a[3:], lever)
-            - np.cross(omega_a, difference[:3])
-            - np.cross(omega_a, seen)
-        )
-        angular = bias_b[3:] - bias_a[3:] - np.cross(omega_a, difference[3:])
+        turning = skew(omega_a)
+        seen = difference[:3] - turning @ lever
+        linear = bias_b[:3] - bias_a[:3] + skew(lever) @ bias_a[3:]
+        linear -= turning @ (difference[:3] + seen)
+        angular = bias_b[3:] - bias_a[3:] - turning @ difference[3:]
         return np.concatenate((R_a.T @ linear, R_a.T @ angular))
 
     def residual(self, kin: Kinematics) -> Array:

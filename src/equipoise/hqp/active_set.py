@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from equipoise.hqp.hierarchy import Hierarchy
-from equipoise.hqp.hierarchy_kernels import judge, solve_levels
-from equipoise.hqp.kernels import Buffers, Problem, V, allocate
-from equipoise.hqp.solution import ACTIVE_TOLERANCE, Solution, Status, describe
+from equipoise.hqp.hierarchy_kernels import answer
+from equipoise.hqp.kernels import Buffers, Problem, allocate
+from equipoise.hqp.solution import Solution, Status, describe
 
 
 class ActiveSet:
@@ -40,12 +42,14 @@ class ActiveSet:
             return describe(hierarchy, np.zeros(n), Status.SOLVED, self.name, 0)
         buffers, limits = self._prepare(m, n, ends)
         problem = Problem(hierarchy.A, hierarchy.lower, hierarchy.upper)
-        work, ended = solve_levels(problem, limits, buffers, self.iteration_limit)
-        status = Status.SOLVED if ended else Status.ITERATION_LIMIT
-        v, w = buffers.of_columns[V].copy(), np.empty(m)
+        v, w, slack = np.empty(n), np.empty(m), np.empty(len(ends))
         active = np.empty(m, dtype=np.int8)
-        slack = judge(problem, limits, v.reshape(1, n), w, active, ACTIVE_TOLERANCE)
-        return Solution(v, w, tuple(slack), active, status, self.name, work)
+        work, ended = answer(problem, limits, buffers, self.iteration_limit, v, w, slack, active)
+        if not math.isfinite(v.sum() + slack.sum()):
+            self.reset()
+            return describe(hierarchy, np.full(n, np.nan), Status.FAILED, self.name, work)
+        status = Status.SOLVED if ended else Status.ITERATION_LIMIT
+        return Solution(v, w, tuple(slack.tolist()), active, status, self.name, work)
 
     def _prepare(self, m: int, n: int, ends: tuple[int, ...]) -> tuple[Buffers, np.ndarray]:
         shape = (m, n, len(ends))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from equipoise.hqp.compilation import compiled
 from equipoise.hqp.kernels import (
     DEPTH,
     FIXED,
     FREE,
     GOAL,
     HARD,
-    LEFT,
     MULTIPLIER,
     NEXT_V,
     NOISE,
@@ -28,21 +28,37 @@ from equipoise.hqp.kernels import (
     Problem,
     V,
     Working,
-    compiled,
     copy_row,
     dot,
-    project,
 )
 from equipoise.hqp.search_kernels import guess, measure, search, side_of
-from equipoise.hqp.working_kernels import eliminate
+from equipoise.hqp.solution import ACTIVE_TOLERANCE
+from equipoise.hqp.working_kernels import eliminate, take_rows
+
+
+@compiled
+def answer(
+    p: Problem,
+    ends: np.ndarray,
+    b: Buffers,
+    limit: int,
+    v: np.ndarray,
+    w: np.ndarray,
+    slack: np.ndarray,
+    active: np.ndarray,
+) -> tuple[int, bool]:
+    """Solve all levels and fill v [n], w [m], the slack of the levels and the active rows [m].
+
+    Returns the number of working problems solved, and whether every search ended by itself.
+    """
+    work, ended = solve_levels(p, ends, b, limit)
+    judge(p, ends, b, v, w, slack, active)
+    return work, ended
 
 
 @compiled
 def solve_levels(p: Problem, ends: np.ndarray, b: Buffers, limit: int) -> tuple[int, bool]:
-    """Solve all levels and then the least norm, leaving v in the buffers.
-
-    Returns the number of working problems solved, and whether every search ended by itself.
-    """
+    """Solve all levels and then the least norm, leaving v in the buffers."""
     columns = b.of_columns
     n = columns.shape[1]
     velocity = prepare(p, b)
@@ -169,43 +185,47 @@ def settle(p: Problem, b: Buffers, level: Level, working: Working, ended: bool) 
             signs[ROLE, row] = HARD if bounded else FREE
     if not loose:
         return level.fixed + working.hard + working.rank
-    return fix_again(b, level.fixed, working.last)
+    return fix_again(p, b, level.fixed, working.last)
 
 
 @compiled
-def fix_again(b: Buffers, fixed: int, last: int) -> int:
+def fix_again(p: Problem, b: Buffers, fixed: int, last: int) -> int:
     """Eliminate only the fixed ones among the working rows; return the reflectors."""
-    factor, of_rows, order = b.factor, b.of_rows, b.numbers
-    n, count = factor.shape[1], 0
+    order, count = b.numbers, 0
     for i in range(last):
         row = order[ORDER, i]
         if b.signs[ROLE, row] == FIXED:
-            project(b, row, fixed)
-            copy_row(factor, count, b.projected, row)
             order[ORDER, count] = row
-            of_rows[LEFT, count] = dot(factor, count, factor, count, fixed, n)
             count += 1
+    take_rows(p, b, 0, count, fixed, 0)
     return fixed + eliminate(b, fixed, 0, count)
 
 
 @compiled
 def judge(
-    p: Problem, ends: np.ndarray, v: np.ndarray, w: np.ndarray, active: np.ndarray, margin: float
-) -> list[float]:
-    """Fill w [m] and the active rows [m] at v [1, n]; return the slack of each level."""
-    A = p.A
-    n, start, slack = A.shape[1], 0, []
-    for end in ends:
-        total = 0.0
-        for row in range(start, end):
-            value = dot(A, row, v, 0, 0, n)
+    p: Problem,
+    ends: np.ndarray,
+    b: Buffers,
+    v: np.ndarray,
+    w: np.ndarray,
+    slack: np.ndarray,
+    active: np.ndarray,
+) -> None:
+    """Copy v out and fill w, the slack of the levels and the active rows at it."""
+    A, columns = p.A, b.of_columns
+    n, start = A.shape[1], 0
+    for c in range(n):
+        v[c] = columns[V, c]
+    for level in range(ends.size):
+        squares = 0.0
+        for row in range(start, ends[level]):
+            value = dot(A, row, columns, V, 0, n)
             low, high = p.lower[row], p.upper[row]
             w[row] = value - min(max(value, low), high)
-            total += w[row] * w[row]
-            near = margin * (1.0 + abs(value))
-            active[row] = (value >= high - near) - (value <= low + near)
+            squares += w[row] ** 2
+            near = ACTIVE_TOLERANCE * (1.0 + abs(value))
+            active[row] = int(value >= high - near) - int(value <= low + near)
             if low == high:
                 active[row] = 2
-        slack.append(np.sqrt(total))
-        start = end
-    return slack
+        slack[level] = np.sqrt(squares)
+        start = ends[level]

@@ -3,24 +3,26 @@
 Reflector j is a row u of length sqrt(2), zero before column j; it maps a row x to x - (x . u) u.
 The product of reflectors 0, 1, ... is an orthonormal Q, and a row a has the coordinates a Q.
 
-All kernels are plain Python, and run uncompiled under NUMBA_DISABLE_JIT=1. They are written for
-speed in one respect: rows are addressed as (array, row number), inner loops run over unsigned
-columns, and arrays are taken out of their tuple before a loop, since compiled code pays for views.
+All kernels are plain Python, and run uncompiled under NUMBA_DISABLE_JIT=1. What speed asked for:
+rows are addressed as (array, row number) and arrays leave their tuple before a loop, since compiled
+code pays for views; inner loops run over unsigned columns; one reflector goes over many rows rather
+than many over one, which would wait for itself; reflectors start at a multiple of four columns.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
-compiled = numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+from equipoise.hqp.compilation import inlined
+
 column = np.uint64
 
 # rows of Buffers.of_rows: norm of a row, its value at v and at the next v, and for the working
-# rows by place: the square of what is left of it, what it has to reach, its violation
-NORM, VALUE, NEXT_VALUE, LEFT, REST, VIOLATION = range(6)
+# rows by place: the square of what is left of it, now and when last summed up, what it has to
+# reach, its violation
+NORM, VALUE, NEXT_VALUE, LEFT, ONCE_LEFT, REST, VIOLATION = range(7)
 # rows of Buffers.of_columns: v, the next v, the step in either coordinates, the goal of a level of
 # unit rows, scratch, and by place the multipliers of the hard working rows and their rounding
 V, NEXT_V, STEP, GOAL, SCRATCH, MULTIPLIER, NOISE = range(7)
@@ -101,12 +103,12 @@ def allocate(m: int, n: int, levels: int) -> Buffers:
         memory=np.zeros((levels + 1, m), dtype=np.int8),
         numbers=np.zeros((2, m), dtype=np.int64),
         signs=np.zeros((2, m), dtype=np.int8),
-        of_rows=np.zeros((6, m)),
+        of_rows=np.zeros((7, m)),
         of_columns=np.zeros((7, n)),
     )
 
 
-@compiled
+@inlined
 def dot(x: np.ndarray, i: int, y: np.ndarray, j: int, start: int, stop: int) -> float:
     """Return x[i, start:stop] . y[j, start:stop]."""
     total = 0.0
@@ -115,17 +117,23 @@ def dot(x: np.ndarray, i: int, y: np.ndarray, j: int, start: int, stop: int) -> 
     return total
 
 
-@compiled
+@inlined
 def reflect(x: np.ndarray, i: int, u: np.ndarray, j: int, stop: int) -> None:
-    """Apply reflector u[j, j:stop] to x[i, j:stop]."""
+    """Apply reflector u[j, j:stop] to x[i, j:stop]; u[j, :j] is zero."""
+    reflect_from(x, i, u, j, j - j % 4, stop)
+
+
+@inlined
+def reflect_from(x: np.ndarray, i: int, u: np.ndarray, j: int, start: int, stop: int) -> None:
+    """Apply reflector u[j, start:stop] to x[i, start:stop]."""
     along = 0.0
-    for c in range(column(j), column(stop)):
+    for c in range(column(start), column(stop)):
         along += x[i, c] * u[j, c]
-    for c in range(column(j), column(stop)):
+    for c in range(column(start), column(stop)):
         x[i, c] -= along * u[j, c]
 
 
-@compiled
+@inlined
 def make_reflector(x: np.ndarray, i: int, u: np.ndarray, j: int, stop: int, length: float) -> float:
     """Write to u[j] the reflector that leaves of x[i, j:stop] the first entry; return that.
 
@@ -140,18 +148,8 @@ def make_reflector(x: np.ndarray, i: int, u: np.ndarray, j: int, stop: int, leng
     return kept
 
 
-@compiled
+@inlined
 def copy_row(x: np.ndarray, i: int, y: np.ndarray, j: int) -> None:
     """Copy y[j] to x[i]."""
     for c in range(column(x.shape[1])):
         x[i, c] = y[j, c]
-
-
-@compiled
-def project(b: Buffers, row: int, count: int) -> None:
-    """Bring a projected row up to date with the first `count` reflectors."""
-    projected, reflectors, numbers = b.projected, b.reflectors, b.numbers
-    n = projected.shape[1]
-    for j in range(numbers[DEPTH, row], count):
-        reflect(projected, row, reflectors, j, n)
-    numbers[DEPTH, row] = count

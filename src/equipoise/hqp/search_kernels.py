@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from equipoise.hqp.compilation import compiled
 from equipoise.hqp.kernels import (
     FEASIBILITY,
     HARD,
@@ -35,7 +36,6 @@ from equipoise.hqp.kernels import (
     Problem,
     V,
     Working,
-    compiled,
     copy_row,
     dot,
 )
@@ -154,6 +154,8 @@ def reach(p: Problem, b: Buffers, level: Level, lowest: bool) -> tuple[float, in
     n = A.shape[1]
     length = np.sqrt(dot(columns, STEP, columns, STEP, 0, n))
     share, stop, side, steepest = 1.0, -1, 0, 0.0
+    if length <= FEASIBILITY * level.size:
+        return share, stop, side
     for row in range(level.end):
         if (signs[ROLE, row] != HARD and signs[ROLE, row] != OWN) or signs[SIDE, row] != 0:
             continue
@@ -185,7 +187,8 @@ def let_go(p: Problem, b: Buffers, level: Level, working: Working, lowest: bool)
         for j in range(working.hard):
             row = b.numbers[ORDER, j]
             push = -columns[MULTIPLIER, j] * signs[SIDE, row]
-            if push > columns[NOISE, j] and (wrong < 0 or (push > worst and not lowest)):
+            better = row < wrong if lowest else push > worst
+            if push > columns[NOISE, j] and (wrong < 0 or better):
                 wrong, worst = row, push
     if lowest and wrong >= 0:
         signs[SIDE, wrong] = 0

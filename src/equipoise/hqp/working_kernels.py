@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from equipoise.hqp.compilation import compiled
 from equipoise.hqp.kernels import (
+    DEPTH,
     GOAL,
     HARD,
     LEFT,
@@ -16,6 +18,7 @@ from equipoise.hqp.kernels import (
     NEXT_V,
     NOISE,
     NORM,
+    ONCE_LEFT,
     ORDER,
     RANK_TOLERANCE,
     REST,
@@ -33,13 +36,15 @@ from equipoise.hqp.kernels import (
     V,
     Working,
     column,
-    compiled,
     copy_row,
     dot,
     make_reflector,
-    project,
     reflect,
+    reflect_from,
 )
+
+SUM_UP_AGAIN = 1e-3
+FAR_FROM_ROUNDING = 1e6
 
 
 @compiled
@@ -63,58 +68,108 @@ def solve_working(p: Problem, b: Buffers, level: Level) -> Working:
 
 
 @compiled
-def take_row(p: Problem, b: Buffers, place: int, row: int, fixed: int, hard: int) -> float:
-    """Put a row into the working problem; return what it still has to reach.
+def project(b: Buffers, first: int, last: int, fixed: int) -> None:
+    """Bring the rows at places first..last up to date with the fixed reflectors."""
+    projected, reflectors, numbers = b.projected, b.reflectors, b.numbers
+    n = projected.shape[1]
+    begin = fixed
+    for i in range(first, last):
+        begin = min(begin, numbers[DEPTH, numbers[ORDER, i]])
+    for j in range(begin, fixed):
+        for i in range(first, last):
+            if numbers[DEPTH, numbers[ORDER, i]] <= j:
+                reflect(projected, numbers[ORDER, i], reflectors, j, n)
+    for i in range(first, last):
+        numbers[DEPTH, numbers[ORDER, i]] = fixed
 
-    It is reflected by the `hard` rows before it, and their part of what it has to reach is gone.
+
+@compiled
+def take_rows(p: Problem, b: Buffers, first: int, last: int, fixed: int, hard: int) -> None:
+    """Fill the working rows at places first..last, their rest and the square of what is left.
+
+    They are reflected by the `hard` rows before them, and the part of those of what they have to
+    reach is gone.
     """
-    factor, reflectors = b.factor, b.reflectors
-    n = factor.shape[1]
-    project(b, row, fixed)
-    copy_row(factor, place, b.projected, row)
-    for j in range(fixed, fixed + hard):
-        reflect(factor, place, reflectors, j, n)
-    b.numbers[ORDER, place] = row
-    bound = p.upper[row] if b.signs[SIDE, row] > 0 else p.lower[row]
-    reached = dot(factor, place, b.of_columns, STEP, fixed, fixed + hard)
-    return bound - b.of_rows[VALUE, row] - reached
+    project(b, first, last, fixed)
+    factor, projected, reflectors, of_rows = b.factor, b.projected, b.reflectors, b.of_rows
+    numbers, signs, columns = b.numbers, b.signs, b.of_columns
+    n, top = factor.shape[1], fixed + hard
+    for i in range(first, last):
+        copy_row(factor, i, projected, numbers[ORDER, i])
+    for j in range(fixed, top):
+        for i in range(first, last):
+            reflect(factor, i, reflectors, j, n)
+    for i in range(first, last):
+        row = numbers[ORDER, i]
+        bound = p.upper[row] if signs[SIDE, row] > 0 else p.lower[row]
+        reached = dot(factor, i, columns, STEP, fixed, top)
+        of_rows[REST, i] = bound - of_rows[VALUE, row] - reached
+        of_rows[LEFT, i] = dot(factor, i, factor, i, top, n)
+        of_rows[ONCE_LEFT, i] = of_rows[LEFT, i]
 
 
 @compiled
 def take_hard_rows(p: Problem, b: Buffers, level: Level) -> int:
     """Eliminate the hard working rows; return their number. Dependent ones leave the set."""
-    factor, signs = b.factor, b.signs
-    n, count = factor.shape[1], 0
+    signs, order = b.signs, b.numbers
+    last = 0
     for row in range(level.start):
-        if signs[ROLE, row] != HARD or signs[SIDE, row] == 0:
-            continue
-        k = level.fixed + count
-        if k == n:
-            signs[SIDE, row] = 0
-            continue
-        rest = take_row(p, b, count, row, level.fixed, count)
-        length = np.sqrt(dot(factor, count, factor, count, k, n))
-        if length <= RANK_TOLERANCE * b.of_rows[NORM, row]:
-            signs[SIDE, row] = 0
-            continue
-        kept = make_reflector(factor, count, b.reflectors, k, n, length)
-        factor[count, k] = kept
-        b.of_columns[STEP, k] = rest / kept
-        count += 1
-    return count
+        if signs[ROLE, row] == HARD and signs[SIDE, row] != 0:
+            order[ORDER, last] = row
+            last += 1
+    if last == 0:
+        return 0
+    take_rows(p, b, 0, last, level.fixed, 0)
+    rank = eliminate(b, level.fixed, 0, last)
+    reach_in_turn(b, level.fixed, 0, rank)
+    worst, most = -1, FEASIBILITY * level.size
+    for i in range(rank, last):
+        row = order[ORDER, i]
+        beyond = dot(b.factor, i, b.of_columns, STEP, level.fixed, level.fixed + rank)
+        beyond = (beyond - b.of_rows[REST, i]) * signs[SIDE, row] / b.of_rows[NORM, row]
+        if beyond > most:
+            worst, most = i, beyond
+    b.numbers[OUTVOTED, 0] = -1
+    if worst >= 0:
+        find_exchange(b, level.fixed, rank, worst)
+    for i in range(rank, last):
+        signs[SIDE, order[ORDER, i]] = 0
+    return rank
+
+
+@compiled
+def find_exchange(b: Buffers, fixed: int, rank: int, place: int) -> None:
+    """Note a hard working row that stands in the way of a dependent one, to be exchanged.
+
+    The dependent row is a sum of working rows; one that enters with its own sign must give way.
+    """
+    factor, columns, order, signs = b.factor, b.of_columns, b.numbers, b.signs
+    row = order[ORDER, place]
+    best, most = -1, 0.0
+    for i in range(rank - 1, -1, -1):
+        share = factor[place, fixed + i]
+        for k in range(i + 1, rank):
+            share -= factor[k, fixed + i] * columns[SCRATCH, k]
+        columns[SCRATCH, i] = share / factor[i, fixed + i]
+        other = order[ORDER, i]
+        agrees = columns[SCRATCH, i] * signs[SIDE, row] * signs[SIDE, other] * b.of_rows[NORM, other]
+        if agrees > most:
+            best, most = other, agrees
+    order[OUTVOTED, 0] = best
+    order[OUTVOTED, 1] = row
 
 
 @compiled
 def take_soft_rows(p: Problem, b: Buffers, level: Level, hard: int) -> int:
     """Append the soft working rows; return the number of working rows."""
-    factor, signs, of_rows = b.factor, b.signs, b.of_rows
-    n, count = factor.shape[1], hard
+    signs, order = b.signs, b.numbers
+    last = hard
     for row in range(level.start, level.end):
         if signs[SIDE, row] != 0:
-            of_rows[REST, count] = take_row(p, b, count, row, level.fixed, hard)
-            of_rows[LEFT, count] = dot(factor, count, factor, count, level.fixed + hard, n)
-            count += 1
-    return count
+            order[ORDER, last] = row
+            last += 1
+    take_rows(p, b, hard, last, level.fixed, hard)
+    return last
 
 
 @compiled
@@ -123,7 +178,7 @@ def eliminate(b: Buffers, top: int, first: int, last: int) -> int:
 
     What is left of a dependent row is set to zero.
     """
-    factor, reflectors, of_rows = b.factor, b.reflectors, b.of_rows
+    factor, reflectors, of_rows, numbers = b.factor, b.reflectors, b.of_rows, b.numbers
     n, rank = factor.shape[1], 0
     while first + rank < last and top + rank < n:
         place, k = first + rank, top + rank
@@ -133,16 +188,22 @@ def eliminate(b: Buffers, top: int, first: int, last: int) -> int:
                 best, most = i, of_rows[LEFT, i]
         if best < 0:
             break
-        if np.sqrt(most) <= RANK_TOLERANCE * of_rows[NORM, b.numbers[ORDER, best]]:
+        length = np.sqrt(dot(factor, best, factor, best, k, n))
+        if length <= RANK_TOLERANCE * of_rows[NORM, numbers[ORDER, best]]:
             factor[best, k:] = 0.0
             of_rows[LEFT, best] = 0.0
             continue
         swap_places(b, place, best)
-        factor[place, k] = make_reflector(factor, place, reflectors, k, n, np.sqrt(most))
+        factor[place, k] = make_reflector(factor, place, reflectors, k, n, length)
         for i in range(place + 1, last):
             if of_rows[LEFT, i] > 0.0:
                 reflect(factor, i, reflectors, k, n)
-                of_rows[LEFT, i] = dot(factor, i, factor, i, k + 1, n)
+        for i in range(place + 1, last):
+            if of_rows[LEFT, i] > 0.0:
+                of_rows[LEFT, i] -= factor[i, k] ** 2
+                if of_rows[LEFT, i] <= SUM_UP_AGAIN * of_rows[ONCE_LEFT, i]:
+                    of_rows[LEFT, i] = dot(factor, i, factor, i, k + 1, n)
+                    of_rows[ONCE_LEFT, i] = of_rows[LEFT, i]
         rank += 1
     return rank
 
@@ -158,6 +219,19 @@ def swap_places(b: Buffers, i: int, k: int) -> None:
     order[ORDER, i], order[ORDER, k] = order[ORDER, k], order[ORDER, i]
     of_rows[REST, i], of_rows[REST, k] = of_rows[REST, k], of_rows[REST, i]
     of_rows[LEFT, i], of_rows[LEFT, k] = of_rows[LEFT, k], of_rows[LEFT, i]
+    once = of_rows[ONCE_LEFT, i]
+    of_rows[ONCE_LEFT, i] = of_rows[ONCE_LEFT, k]
+    of_rows[ONCE_LEFT, k] = once
+
+
+@compiled
+def reach_in_turn(b: Buffers, top: int, first: int, rank: int) -> None:
+    """Solve the triangle of eliminated rows for their coordinates of the step."""
+    factor, of_rows, steps = b.factor, b.of_rows, b.of_columns
+    for i in range(first, first + rank):
+        k = top + i - first
+        rest = of_rows[REST, i] - dot(factor, i, steps, STEP, top, k)
+        steps[STEP, k] = rest / factor[i, k]
 
 
 @compiled
@@ -166,10 +240,7 @@ def reach_soft_rows(b: Buffers, top: int, first: int, last: int, rank: int, size
     factor, of_rows, steps = b.factor, b.of_rows, b.of_columns
     for i in range(first, last):
         of_rows[VIOLATION, i] = 0.0
-    for i in range(first, first + rank):
-        k = top + i - first
-        rest = of_rows[REST, i] - dot(factor, i, steps, STEP, top, k)
-        steps[STEP, k] = rest / factor[i, k]
+    reach_in_turn(b, top, first, rank)
     met = True
     for i in range(first + rank, last):
         beyond = dot(factor, i, steps, STEP, top, top + rank) - of_rows[REST, i]
@@ -194,8 +265,8 @@ def compromise(b: Buffers, top: int, first: int, last: int, rank: int) -> None:
         length = np.sqrt(dot(triangle, j, triangle, j, j, rows))
         columns[SCRATCH, j] = make_reflector(triangle, j, triangle, j, rows, length)
         for k in range(j + 1, rank):
-            reflect(triangle, k, triangle, j, rows)
-        reflect(of_rows, LEFT, triangle, j, rows)
+            reflect_from(triangle, k, triangle, j, j, rows)
+        reflect_from(of_rows, LEFT, triangle, j, j, rows)
     for j in range(rank - 1, -1, -1):
         rest = of_rows[LEFT, j]
         for k in range(j + 1, rank):
@@ -203,7 +274,7 @@ def compromise(b: Buffers, top: int, first: int, last: int, rank: int) -> None:
         columns[STEP, top + j] = rest / columns[SCRATCH, j]
         of_rows[LEFT, j] = 0.0
     for j in range(rank - 1, -1, -1):
-        reflect(of_rows, LEFT, triangle, j, rows)
+        reflect_from(of_rows, LEFT, triangle, j, j, rows)
     for i in range(rows):
         of_rows[VIOLATION, first + i] = -of_rows[LEFT, i]
 
@@ -266,18 +337,32 @@ def weigh_by_goal(b: Buffers, level: Level, hard: int) -> None:
 
 @compiled
 def weigh(b: Buffers, fixed: int, hard: int, rounding: float) -> None:
-    """Solve triangle^T x = multipliers in place; scale the rounding by the inverse's columns."""
+    """Solve triangle^T x = multipliers in place; scale the rounding by the inverse's columns.
+
+    Where a multiplier is far from rounding, the size of that is only estimated.
+    """
     factor, columns = b.factor, b.of_columns
+    least = np.inf
     for i in range(hard - 1, -1, -1):
+        least = min(least, abs(factor[i, fixed + i]))
         columns[MULTIPLIER, i] /= factor[i, fixed + i]
         for j in range(i):
             columns[MULTIPLIER, j] -= factor[i, fixed + j] * columns[MULTIPLIER, i]
     for j in range(hard):
-        squares = 0.0
-        for i in range(j, hard):
-            rest = 1.0 if i == j else 0.0
-            for k in range(j, i):
-                rest -= factor[i, fixed + k] * columns[SCRATCH, k]
-            columns[SCRATCH, i] = rest / factor[i, fixed + i]
-            squares += columns[SCRATCH, i] ** 2
-        columns[NOISE, j] = rounding * np.sqrt(squares)
+        columns[NOISE, j] = rounding / least
+        if abs(columns[MULTIPLIER, j]) < FAR_FROM_ROUNDING * columns[NOISE, j]:
+            columns[NOISE, j] = rounding * inverse_column(b, fixed, hard, j)
+
+
+@compiled
+def inverse_column(b: Buffers, fixed: int, hard: int, j: int) -> float:
+    """Return the norm of a column of the inverse of the triangle of hard working rows."""
+    factor, columns = b.factor, b.of_columns
+    squares = 0.0
+    for i in range(j, hard):
+        rest = 1.0 if i == j else 0.0
+        for k in range(j, i):
+            rest -= factor[i, fixed + k] * columns[SCRATCH, k]
+        columns[SCRATCH, i] = rest / factor[i, fixed + i]
+        squares += columns[SCRATCH, i] ** 2
+    return np.sqrt(squares)

@@ -38,7 +38,8 @@ def solve_posture(
 
     Targets that move during negative time lead the robot to where time 0 wants it; after that
     they are frozen. It rests when the largest velocity is below `tolerance` [rad/s, m/s].
-    `step` [s] is one Euler step; rates of the tasks times `step` must stay below 1. Returns q (nq,).
+    `step` [s] is one Euler step; rates of the tasks times `step` must stay below 1.
+    Returns: the configuration (nq,).
     Raises: `PostureNotFoundError` if a task of `must_hold` is violated at the end.
     """
     evaluator = KinematicsEvaluator(robot)

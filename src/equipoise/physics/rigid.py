@@ -29,7 +29,8 @@ class RigidContactEngine:
     that a drift is taken back within some ten steps whatever the step is. Redundant rows get a
     proximal term relative to the Delassus matrix.
 
-    Args: `robot` is the true robot (payload, scaled masses); `joint_damping` (N m s/rad);
+    Args: `robot` is the true robot (payload, scaled masses); `joint_damping` [N m s/rad] acts
+    implicitly, so that no value of it is too stiff for the step;
     `control_dt` [s] is held over `substeps` physics steps.
     Source: eq. (8). Differs from the print: second row `dJ/dt v - d nu_c/dt` (the dot is missing),
     torque on the actuated rows only, stabilised.
@@ -57,6 +58,7 @@ class RigidContactEngine:
         self._position_gain = position_gain / self.h**2
         self._velocity_gain = velocity_gain / self.h
         self._damping = np.concatenate((np.zeros(6), np.full(robot.na, joint_damping)))
+        self._diagonal = np.diag_indices(robot.nv)
         self._proximal = proximal
         self._evaluator = KinematicsEvaluator(robot)
         self._dynamics = robot.model.createData()
@@ -98,7 +100,9 @@ class RigidContactEngine:
         """Solve (8) at the present state for `a` (nv,) and `lam` (r,) under `force` (nv,)."""
         model, data = self.robot.model, self._dynamics
         kin = self._evaluator.at(self._q, self._v)
-        L, _ = lapack.dpotrf(pin.crba(model, data, self._q).T, lower=1)
+        M = pin.crba(model, data, self._q).T  # lower triangle
+        M[self._diagonal] += self.h * self._damping
+        L, _ = lapack.dpotrf(M, lower=1)
         bias = pin.nonLinearEffects(model, data, self._q, self._v)
         free = force - bias - self._damping * self._v
         if not self.contacts.size:

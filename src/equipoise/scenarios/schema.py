@@ -6,6 +6,7 @@ Lengths are in metres, angles in radians, times in seconds, forces in newtons.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -31,7 +32,7 @@ class Pose(Section):
 
 
 class ShapeSpec(Section):
-    """One convex shape of a body: exactly one of `box` [x, y, z] and `cylinder` [radius, height]."""
+    """One convex shape: exactly one of `box` [x, y, z] and `cylinder` [radius, height]."""
 
     box: Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = None
     cylinder: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
@@ -73,7 +74,7 @@ class HeldObject(Section):
     @model_validator(mode="after")
     def _times_increase(self) -> HeldObject:
         times = [w.t for w in self.waypoints]
-        for before, after in zip(times[:-1], times[1:], strict=True):
+        for before, after in pairwise(times):
             if after <= before:
                 raise ValueError(
                     f"waypoint at t = {after:g} s lies in the past of the one at {before:g} s"
@@ -98,7 +99,7 @@ class ForceProfile(Section):
     def _same_length(self) -> ForceProfile:
         if len(self.times) != len(self.values):
             raise ValueError("times and values must have the same length")
-        if any(b <= a for a, b in zip(self.times[:-1], self.times[1:], strict=True)):
+        if any(b <= a for a, b in pairwise(self.times)):
             raise ValueError("times must increase")
         return self
 

@@ -11,7 +11,7 @@ from equipoise.hqp import Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
 from equipoise.tasks.base import Task
-from equipoise.world import DistanceEvaluator, Pair, PairDistance, Scene
+from equipoise.world import DistanceEvaluator, Pair, Scene
 
 
 class AvoidanceTask(Task):
@@ -61,18 +61,13 @@ class AvoidanceTask(Task):
         lower = np.full(len(self.pairs), -np.inf)
         slope = self.damping / (self.influence - self.security)
         distances = self._distances.at(kin)
-        for k in np.flatnonzero(distances < self.influence):
-            A[k] = distance_jacobian(kin, self._distances.joints[k], self._distances.witness(k))
-            lower[k] = -slope * (distances[k] - self.security)
+        near = np.flatnonzero(distances < self.influence)
+        if near.size:
+            A[near] = self._distances.jacobian(kin, near)
+            lower[near] = -slope * (distances[near] - self.security)
         return Rows(self.name, "m/s", self.labels, A, lower, self._upper)
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [m] each pair is below the security distance."""
         return np.maximum(0.0, self.security - self._distances.at(kin))
 
-
-def distance_jacobian(kin: Kinematics, joints: tuple[int, int], pair: PairDistance) -> Array:
-    """Return the row (nv,) whose product with v is the rate [m/s] of the pair's distance."""
-    first, second = joints
-    row = kin.point_speed_row(second, pair.p_world_second, pair.normal)
-    return row - kin.point_speed_row(first, pair.p_world_first, pair.normal)

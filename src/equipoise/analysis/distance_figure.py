@@ -1,0 +1,110 @@
+"""Figure of the distances of the monitored pairs, the closest ones by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from equipoise.analysis.story import Story
+from equipoise.analysis.style import (
+    ALARM,
+    COLOURS,
+    FAINT,
+    INK,
+    draw_curve,
+    label_time,
+    new_figure,
+    styled,
+)
+from equipoise.spatial import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_NAMED = 7
+_SAME = 1e-3  # [m]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Pairs whose distances (N,) [m] stay within a millimetre of each other, drawn as one."""
+
+    names: tuple[str, ...]
+    distance: Array
+
+    @property
+    def label(self) -> str:
+        """The names of the pairs, without repeating the body they share."""
+        if len(self.names) == 1:
+            return self.names[0]
+        firsts, seconds = zip(*(name.split(" - ", 1) for name in self.names), strict=True)
+        if len(set(seconds)) == 1:
+            return f"{', '.join(firsts)} - {seconds[0]}"
+        if len(set(firsts)) == 1:
+            return f"{firsts[0]} - {', '.join(seconds)}"
+        return "; ".join(self.names)
+
+
+def curves_of(names: tuple[str, ...], distances: Array) -> list[Curve]:
+    """Return the curves of (N, k) distances, the one that comes closest first."""
+    curves: list[Curve] = []
+    for k in np.argsort(np.nanmin(np.nan_to_num(distances, nan=np.inf), axis=0), kind="stable"):
+        distance = distances[:, k]
+        for i, curve in enumerate(curves):
+            if np.abs(curve.distance - distance).max() < _SAME and " - " in names[k]:
+                curves[i] = Curve((*curve.names, names[k]), curve.distance)
+                break
+        else:
+            curves.append(Curve((names[k],), distance))
+    return curves
+
+
+@styled
+def distances_figure(story: Story) -> Figure | None:
+    """Draw the distances with the security distance; None where no pair was monitored."""
+    if not story.has("distance"):
+        return None
+    t, distances = story.run.t, story.run["distance"]
+    names = story.run.channels["distance"].labels
+    curves = curves_of(names, distances)
+    closest = curves[0]
+    title = (
+        f"Distances of the monitored pairs (smallest: {1e3 * closest.distance.min():.2f} mm,"
+        f" {closest.names[0]} at {t[int(closest.distance.argmin())]:.2f} s)"
+    )
+    figure = new_figure(13.3, 6.0, title)
+    axes = figure.subplots()
+    for curve in curves[_NAMED:]:
+        draw_curve(axes, t, 1e3 * curve.distance, color=FAINT, linewidth=0.8)
+    for curve, colour in zip(curves[:_NAMED], COLOURS, strict=False):
+        label = f"{curve.label}  ({1e3 * curve.distance.min():.1f} mm)"
+        draw_curve(axes, t, 1e3 * curve.distance, color=colour, label=label, linewidth=1.8)
+    if len(curves) > _NAMED:
+        axes.plot([], [], color=FAINT, label=f"{len(curves) - _NAMED} others, farther away")
+    _draw_security(axes, story, names)
+    named = [curve.distance for curve in curves[:_NAMED]]
+    top = 1e3 * float(max(np.median(distance) for distance in named))
+    axes.set_ylim(min(0.0, 1.1e3 * float(closest.distance.min())), min(max(1.3 * top, 60.0), 400.0))
+    axes.set_ylabel("distance [mm]")
+    label_time(axes, t)
+    axes.legend(
+        loc="upper left",
+        bbox_to_anchor=(1.0, 1.0),
+        title="pair (its smallest distance)",
+        alignment="left",
+        title_fontsize=9,
+    )
+    return figure
+
+
+def _draw_security(axes: Axes, story: Story, names: tuple[str, ...]) -> None:
+    wanted = sorted({d for pair, d in story.security.items() if pair in names})
+    axes.axhline(0.0, color=INK, linewidth=0.9)
+    for distance in wanted:
+        label = f"security distance {1e3 * distance:g} mm"
+        axes.axhline(1e3 * distance, color=ALARM, linewidth=1.3, linestyle="--", label=label)
+    if wanted:
+        axes.axhspan(0.0, 1e3 * wanted[0], color=ALARM, alpha=0.06, linewidth=0)

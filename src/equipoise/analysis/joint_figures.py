@@ -1,0 +1,168 @@
+"""Figures of the joints: positions and velocities with their references, and torques."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from equipoise.analysis.limbs import Limb
+from equipoise.analysis.story import Story
+from equipoise.analysis.style import (
+    ALARM,
+    COLOURS,
+    INK,
+    SOFT,
+    draw_curve,
+    label_time,
+    legend_below,
+    new_figure,
+    styled,
+    zero_line,
+)
+from equipoise.spatial import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST_COLUMNS = 5
+
+
+@styled
+def joints_figure(story: Story) -> Figure | None:
+    """Draw joint positions and velocities of each limb, references dashed; None without `q`."""
+    rows = [row for row in (("q", "q_ref", 7), ("v", "v_ref", 6)) if story.has(row[0])]
+    limbs = story.limbs
+    if not rows or not limbs:
+        return None
+    columns = min(len(limbs), _MOST_COLUMNS)
+    bands = -(-len(limbs) // columns)
+    figure = new_figure(1.2 + 2.9 * columns, 0.8 + 3.3 * len(rows) * bands, _joints_title(story))
+    grid = figure.subplots(len(rows) * bands, columns, squeeze=False)
+    for k, limb in enumerate(limbs):
+        band, column = divmod(k, columns)
+        for r, (name, reference, skip) in enumerate(rows):
+            axes = grid[band * len(rows) + r, column]
+            _draw_limb(axes, story, limb, name, reference, skip)
+            if column == 0:
+                axes.set_ylabel(_quantity(story, name, limb, skip))
+            if r == 0:
+                axes.set_title(limb.title)
+        label_time(axes, story.run.t)
+        legend_below(axes, 2)
+    for axes in grid.flat:
+        if not axes.lines:
+            axes.remove()
+    return figure
+
+
+def _draw_limb(axes: Axes, story: Story, limb: Limb, name: str, reference: str, skip: int) -> None:
+    t = story.run.t
+    values = story.run[name][:, skip:]
+    wanted = story.run[reference][:, skip:] if story.has(reference) else None
+    zero_line(axes)
+    for joint, label, colour in zip(
+        limb.joints, limb.short_names(story.joint_names), COLOURS, strict=False
+    ):
+        draw_curve(axes, t, values[:, joint], color=colour, label=label, linewidth=2.0, alpha=0.85)
+    for joint in limb.joints if wanted is not None else ():
+        draw_curve(axes, t, wanted[:, joint], color=INK, linewidth=0.8, linestyle=(0, (4, 3)))
+    label_time(axes, t)
+    axes.set_xlabel("")
+
+
+def _quantity(story: Story, name: str, limb: Limb, skip: int) -> str:
+    unit = story.run.channels[name].units[skip + limb.joints[0]]
+    return f"{'joint position' if name == 'q' else 'joint velocity'} [{unit}]"
+
+
+def _joints_title(story: Story) -> str:
+    title = "Joint positions and velocities"
+    if story.has("q", "q_ref"):
+        title += "; dashed: reference"
+        error = np.abs(story.run["q"] - story.run["q_ref"])[:, 7:]
+        tick, joint = _peak(error)
+        title += (
+            f" (largest error {1e3 * error[tick, joint]:.2g} mrad,"
+            f" {story.joint_names[joint]} at {story.run.t[tick]:.2f} s)"
+        )
+    return title
+
+
+def _peak(values: Array) -> tuple[int, int]:
+    """Return tick and column of the largest value (N, k)."""
+    tick, column = np.unravel_index(np.nanargmax(np.nan_to_num(values)), values.shape)
+    return int(tick), int(column)
+
+
+@styled
+def torques_figure(story: Story) -> Figure | None:
+    """Draw torques as shares of their limits, by limb, and the joints that come nearest to them."""
+    if not story.has("tau") or story.places is None:
+        return None
+    robot = story.places.robot
+    if robot.joint_names != story.joint_names:
+        return None
+    share = 100.0 * story.run["tau"] / robot.tau_max
+    tick, joint = _peak(np.abs(share))
+    limbs = story.limbs
+    columns = 3
+    rows = -(-(len(limbs) + 1) // columns)
+    title = (
+        f"Joint torques as share of their limits (largest: {share[tick, joint]:.0f} %,"
+        f" {robot.joint_names[joint]} at {story.run.t[tick]:.2f} s)"
+    )
+    figure = new_figure(13.3, 0.6 + 3.4 * rows, title)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    reach = max(115.0, 1.1 * float(np.nanmax(np.abs(np.nan_to_num(share)))))
+    for axes, limb in zip(grid.flat, limbs, strict=False):
+        _draw_shares(axes, story, limb, share, reach)
+    _draw_peaks(grid.flat[len(limbs)], share, robot.joint_names)
+    for axes in grid.flat[len(limbs) + 1 :]:
+        axes.remove()
+    return figure
+
+
+def _draw_shares(axes: Axes, story: Story, limb: Limb, share: Array, reach: float) -> None:
+    t = story.run.t
+    names = limb.short_names(story.joint_names)
+    for side in (-100.0, 100.0):
+        axes.axhline(side, color=ALARM, linewidth=1.0, linestyle="--")
+    zero_line(axes)
+    for joint, label, colour in zip(limb.joints, names, COLOURS, strict=False):
+        draw_curve(axes, t, share[:, joint], color=colour, label=label, linewidth=1.3)
+    tick, k = _peak(np.abs(share[:, limb.joints]))
+    peak = share[tick, limb.joints[k]]
+    axes.plot(t[tick], peak, "o", color=INK, markersize=4)
+    right = t[tick] > t[0] + 0.6 * (t[-1] - t[0])
+    axes.annotate(
+        f"{names[k]}: {peak:.0f} %",
+        (t[tick], peak),
+        xytext=(-6 if right else 6, 8 if peak >= 0.0 else -8),
+        textcoords="offset points",
+        ha="right" if right else "left",
+        va="bottom" if peak >= 0.0 else "top",
+        fontsize=9,
+        fontweight="bold",
+    )
+    axes.set_title(limb.title)
+    axes.set_ylim(-reach, reach)
+    axes.set_yticks([-100, -50, 0, 50, 100])
+    axes.set_ylabel("torque / limit [%]")
+    label_time(axes, t)
+    axes.legend(loc="lower left", ncols=4, columnspacing=1.0)
+
+
+def _draw_peaks(axes: Axes, share: Array, names: tuple[str, ...], count: int = 10) -> None:
+    peaks = np.nanmax(np.abs(np.nan_to_num(share)), axis=0)
+    order = np.argsort(peaks)[::-1][:count][::-1]
+    axes.barh([names[i] for i in order], peaks[order], color=COLOURS[0], height=0.65)
+    for row, i in enumerate(order):
+        axes.text(peaks[i] + 1.5, row, f"{peaks[i]:.0f}", va="center", fontsize=9, color=INK)
+    axes.axvline(100.0, color=ALARM, linewidth=1.0, linestyle="--")
+    axes.set_xlim(0.0, max(110.0, 1.1 * float(peaks.max())))
+    axes.set_title("Largest share of each joint over the run")
+    axes.set_xlabel("|torque| / limit [%]")
+    axes.grid(axis="y", visible=False)
+    axes.tick_params(axis="y", length=0, colors=SOFT, labelcolor=INK)

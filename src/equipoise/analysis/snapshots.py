@@ -1,0 +1,84 @@
+"""A strip of snapshots: what the robot did, at a glance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from equipoise.analysis.drawing import draw_scene, frame_stage
+from equipoise.analysis.stage import Stage
+from equipoise.analysis.style import INK, new_figure, styled
+from equipoise.errors import InputError
+from equipoise.runlog import Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from equipoise.scenarios.places import Places
+
+_WIDTH = 13.3  # [inch]
+_CAPTION = 0.35  # [inch]
+
+
+@styled
+def snapshot_strip(
+    run: Run,
+    times: Sequence[float] | None = None,
+    count: int = 6,
+    *,
+    places: Places | None = None,
+) -> Figure:
+    """Draw the robot in its world at `times` [s], all seen by one camera, side by side.
+
+    Without times, `count` of them are spread evenly over the run. Each picture shows the tick
+    nearest to its time and bears that tick's time. `places` is built from the run's scenario
+    unless given.
+
+    Raises: InputError if the run has no ticks or no time is wanted; what reading the scenario
+    raises.
+    """
+    ticks = _ticks(run, times, count)
+    if places is None:
+        from equipoise.scenarios.places import build_places
+        from equipoise.scenarios.read import parse_scenario
+
+        places = build_places(parse_scenario(run.scenario_text))
+    stage = Stage(places.scene)
+    camera = frame_stage(stage, run["q"][ticks])
+    rows = -(-len(ticks) // 8)
+    columns = -(-len(ticks) // rows)
+    width = min(_WIDTH / columns, 5.0)
+    figure = new_figure(columns * width, rows * (width / camera.aspect + _CAPTION))
+    figure.set_layout_engine("none")
+    share = _CAPTION / (width / camera.aspect + _CAPTION)
+    for i, tick in enumerate(ticks):
+        row, column = divmod(i, columns)
+        bottom = 1.0 - (row + 1 - share) / rows
+        axes = figure.add_axes((column / columns, bottom, 1.0 / columns, (1.0 - share) / rows))
+        draw_scene(axes, stage, run["q"][tick], camera)
+        axes.text(
+            0.5,
+            -0.02,
+            f"t = {run.t[tick]:.2f} s",
+            transform=axes.transAxes,
+            ha="center",
+            va="top",
+            fontsize=11,
+            color=INK,
+        )
+    return figure
+
+
+def _ticks(run: Run, times: Sequence[float] | None, count: int) -> list[int]:
+    if not run.t.size:
+        raise InputError("A run without ticks has nothing to show", given=run.folder.name)
+    if times is None:
+        if count < 1:
+            raise InputError("A strip needs at least one snapshot", given=count)
+        times = np.linspace(run.t[0], run.t[-1], count)
+    ticks = list(dict.fromkeys(run.at(float(t)) for t in times))
+    if not ticks:
+        raise InputError("A strip needs at least one time", given=list(times))
+    return ticks

@@ -1,0 +1,150 @@
+"""Collision and visual shapes as triangles with outward normals, for drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import coal
+import numpy as np
+import pinocchio as pin
+from scipy.spatial import ConvexHull
+
+from equipoise.spatial import Array
+
+SEGMENTS = 28
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles (m, 3) of indices into `vertices` (n, 3) [m] with unit `normals` (n, 3).
+
+    The corners of a triangle run anticlockwise seen from outside.
+    """
+
+    vertices: Array
+    normals: Array
+    triangles: Array
+
+    def moved(self, T: pin.SE3) -> Mesh:
+        """Return the mesh in the axes that `T` maps to."""
+        R = T.rotation
+        return Mesh(self.vertices @ R.T + T.translation, self.normals @ R.T, self.triangles)
+
+
+def tessellate(geometry: coal.CollisionGeometry, segments: int = SEGMENTS) -> Mesh | None:
+    """Return a Coal shape as triangles, round ones with `segments` around; None for planes.
+
+    Corners of round shapes lie on the true surface, so the mesh lies inside it.
+    """
+    if isinstance(geometry, coal.Box):
+        return _box(np.asarray(geometry.halfSide, dtype=float))
+    if isinstance(geometry, coal.Sphere):
+        return _revolved([_arc(geometry.radius, 0.0, -1.0, 1.0, segments)], segments)
+    if isinstance(geometry, coal.Ellipsoid):
+        return _ellipsoid(np.asarray(geometry.radii, dtype=float), segments)
+    if isinstance(geometry, coal.Capsule):
+        return _capsule(geometry.radius, geometry.halfLength, segments)
+    if isinstance(geometry, coal.Cylinder):
+        return _cylinder(geometry.radius, geometry.radius, geometry.halfLength, segments)
+    if isinstance(geometry, coal.Cone):
+        return _cylinder(geometry.radius, 0.0, geometry.halfLength, segments)
+    if isinstance(geometry, coal.ConvexBase) and hasattr(geometry, "points"):
+        return _hull(np.array(geometry.points()))
+    if isinstance(geometry, coal.BVHModelBase):
+        return _triangle_mesh(geometry)
+    return None
+
+
+def _box(half: Array) -> Mesh:
+    corners, normals, triangles = [], [], []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        for side in (-1.0, 1.0):
+            start = len(corners)
+            for a, b in ((-1.0, -1.0), (side, -side), (1.0, 1.0), (-side, side)):
+                corner = np.zeros(3)
+                corner[[axis, u, v]] = side, a, b
+                corners.append(corner * half)
+                normals.append(side * np.eye(3)[axis])
+            triangles += [(start, start + 1, start + 2), (start, start + 2, start + 3)]
+    return Mesh(np.array(corners), np.array(normals), np.array(triangles))
+
+
+def _arc(radius: float, z: float, start: float, stop: float, segments: int) -> Array:
+    """Return a profile (k, 4) of radius, height and their normal; 1 stands for a quarter turn."""
+    count = max(2, round(segments / 4 * (stop - start))) + 1
+    angle = np.linspace(start, stop, count) * np.pi / 2.0
+    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine[np.abs(np.linspace(start, stop, count)) == 1.0] = 0.0
+    return np.column_stack([radius * cosine, z + radius * sine, cosine, sine])
+
+
+def _capsule(radius: float, half: float, segments: int) -> Mesh:
+    bottom = _arc(radius, -half, -1.0, 0.0, segments)
+    top = _arc(radius, half, 0.0, 1.0, segments)
+    return _revolved([np.vstack([bottom, top])], segments)
+
+
+def _cylinder(bottom: float, top: float, half: float, segments: int) -> Mesh:
+    slope = np.array([2.0 * half, bottom - top])
+    slope /= np.linalg.norm(slope)
+    side = np.array([[bottom, -half, *slope], [top, half, *slope]])
+    floor = np.array([[0.0, -half, 0.0, -1.0], [bottom, -half, 0.0, -1.0]])
+    lid = np.array([[top, half, 0.0, 1.0], [0.0, half, 0.0, 1.0]])
+    return _revolved([floor, side, lid], segments)
+
+
+def _ellipsoid(radii: Array, segments: int) -> Mesh:
+    unit = _revolved([_arc(1.0, 0.0, -1.0, 1.0, segments)], segments)
+    normals = unit.vertices / radii
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return Mesh(unit.vertices * radii, normals, unit.triangles)
+
+
+def _revolved(profiles: Sequence[Array], segments: int) -> Mesh:
+    """Turn profiles about z; each runs upwards on the outside, from the lower pole to the upper."""
+    angle = np.arange(segments) * 2.0 * np.pi / segments
+    direction = np.column_stack([np.cos(angle), np.sin(angle)])
+    vertices, normals, triangles = [], [], []
+    start = 0
+    for profile in profiles:
+        for radius, z, normal_r, normal_z in profile:
+            vertices.append(np.column_stack([radius * direction, np.full(segments, z)]))
+            normals.append(np.column_stack([normal_r * direction, np.full(segments, normal_z)]))
+        for ring in range(len(profile) - 1):
+            a = start + ring * segments + np.arange(segments)
+            b = start + ring * segments + np.roll(np.arange(segments), -1)
+            if profile[ring, 0] > 0.0:
+                triangles.append(np.column_stack([a, b, b + segments]))
+            if profile[ring + 1, 0] > 0.0:
+                triangles.append(np.column_stack([a, b + segments, a + segments]))
+        start += len(profile) * segments
+    return Mesh(np.vstack(vertices), np.vstack(normals), np.vstack(triangles))
+
+
+def _hull(points: Array) -> Mesh:
+    hull = ConvexHull(points)
+    corners = points[hull.simplices]
+    outward = np.einsum("ij,ij->i", _face_vectors(corners), hull.equations[:, :3]) > 0.0
+    corners[~outward] = corners[~outward][:, ::-1]
+    return _flat(corners)
+
+
+def _triangle_mesh(model: coal.BVHModelBase) -> Mesh:
+    vertices = np.array(model.vertices())
+    indices = (model.tri_indices(i) for i in range(model.num_tris))
+    return _flat(vertices[np.array([[t[0], t[1], t[2]] for t in indices]).reshape(-1, 3)])
+
+
+def _flat(corners: Array) -> Mesh:
+    """Return the mesh of triangles (m, 3, 3), each with its own corners and one normal."""
+    face = _face_vectors(corners)
+    length = np.linalg.norm(face, axis=1)
+    corners, face = corners[length > 0.0], face[length > 0.0] / length[length > 0.0, None]
+    indices = np.arange(3 * len(corners)).reshape(-1, 3)
+    return Mesh(corners.reshape(-1, 3), np.repeat(face, 3, axis=0), indices)
+
+
+def _face_vectors(corners: Array) -> Array:
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

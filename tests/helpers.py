@@ -1,0 +1,54 @@
+"""States, kinematics and contacts that many tests build."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.contacts import ContactStack, GraspContact, SoleContact
+from equipoise.kinematics import Kinematics, KinematicsEvaluator
+from equipoise.robots import Robot
+
+
+def kinematics(robot: Robot, q: np.ndarray, v: np.ndarray | None = None) -> Kinematics:
+    """Return the kinematics of a state, from an evaluator of its own."""
+    return KinematicsEvaluator(robot).at(q, np.zeros(robot.nv) if v is None else v)
+
+
+def random_state(robot: Robot, rng: np.random.Generator, spread: float = 0.2):
+    """Return a configuration near half-sitting and a velocity."""
+    step = rng.normal(size=robot.nv) * spread
+    return pin.integrate(robot.model, robot.q_half_sitting, step), rng.normal(size=robot.nv) * 0.5
+
+
+def sole_contacts(robot: Robot, q: np.ndarray) -> list[SoleContact]:
+    """Return the robot's soles as contacts anchored where they are at `q`."""
+    kin = kinematics(robot, q)
+    return [
+        SoleContact(
+            name=sole.name,
+            supporting=True,
+            sole=sole,
+            frame_id=robot.frame_id(sole.frame),
+            T_world_anchor=kin.placement(robot.frame_id(sole.frame)),
+        )
+        for sole in robot.soles
+    ]
+
+
+def palm_grasp(robot: Robot, q: np.ndarray, regulated: tuple[str, ...] = ("fz",)) -> GraspContact:
+    """Return a grasp between the palms as they are at `q`."""
+    kin = kinematics(robot, q)
+    a, b = (robot.frame_id(palm.frame) for palm in robot.palms)
+    return GraspContact(
+        name="grasp",
+        regulated=regulated,
+        frame_a=a,
+        frame_b=b,
+        T_a_b=kin.placement(a).actInv(kin.placement(b)),
+    )
+
+
+def full_stack(robot: Robot, q: np.ndarray) -> ContactStack:
+    """Return both soles and the palm grasp, anchored at `q`."""
+    return ContactStack([*sole_contacts(robot, q), palm_grasp(robot, q)])

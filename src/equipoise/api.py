@@ -10,6 +10,7 @@ from typing import Any
 
 from equipoise.analysis.metrics import Context
 from equipoise.analysis.summary import check_acceptance, judge, passed
+from equipoise.errors import InputError
 from equipoise.runlog import Run, load_run, new_run_folder, write_summary
 from equipoise.scenarios import Scenario, read_scenario
 from equipoise.scenarios.loop import Ending, RunOutcome, run_simulation
@@ -37,6 +38,8 @@ def run_scenario(
     spec = scenario if isinstance(scenario, Scenario) else read_scenario(scenario, overrides)
     check_acceptance(spec)
     say("starting posture", 0.0)
+    if out is not None and (Path(out) / "run.mcap").exists():
+        raise InputError("the folder already holds a run", given=str(out), remedy="Give a new one")
     simulation = Simulation(spec)
     folder = Path(out) if out is not None else new_run_folder(Path("runs"), spec.name)
     outcome = run_simulation(simulation, folder, lambda t: say("simulating", t / spec.duration))

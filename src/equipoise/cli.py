@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from equipoise import __version__
-from equipoise.errors import EquipoiseError, InputError
+from equipoise.errors import EquipoiseError, InputError, RunLogError
 
 PASSED, NOT_PASSED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -36,10 +36,14 @@ def run(scenario: str, out: Path | None, overrides: tuple[str, ...], no_figures:
     from equipoise.api import run_scenario
     from equipoise.console import Progress, print_summary
 
-    with Progress() as progress:
-        finished = run_scenario(
-            scenario, out=out, overrides=overrides, figures=not no_figures, report=progress
-        )
+    try:
+        with Progress() as progress:
+            finished = run_scenario(
+                scenario, out=out, overrides=overrides, figures=not no_figures, report=progress
+            )
+    except RunLogError as error:
+        click.echo(f"equipoise: {error}", err=True)
+        sys.exit(NOT_PASSED)
     summary = finished.summary or {}
     print_summary(summary, finished.folder)
     if summary.get("ended") == "interrupted":
@@ -130,12 +134,9 @@ def main() -> None:
     except click.ClickException as error:
         error.show()
         sys.exit(WRONG_INPUT)
-    except InputError as error:
-        click.echo(f"equipoise: {error}", err=True)
-        sys.exit(WRONG_INPUT)
     except EquipoiseError as error:
         click.echo(f"equipoise: {error}", err=True)
-        sys.exit(NOT_PASSED)
+        sys.exit(WRONG_INPUT)
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
 

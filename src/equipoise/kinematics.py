@@ -38,8 +38,10 @@ class KinematicsEvaluator:
                 joint = robot.model.joints[ancestor]
                 self.carries[joint_id, joint.idx_v : joint.idx_v + joint.nv] = 1.0
 
-    def at(self, q: Array, v: Array) -> Kinematics:
+    def at(self, q: Array, v: Array, t: float = 0.0) -> Kinematics:
         """Evaluate the kinematics at configuration `q` (nq,) and velocity `v` (nv,).
+
+        The time `t` [s] matters only to contacts that move by themselves.
 
         Raises: `ShapeError`; `NonFiniteError` if the state holds a NaN or an infinity.
         """
@@ -51,18 +53,19 @@ class KinematicsEvaluator:
         if not (np.isfinite(q).all() and np.isfinite(v).all()):
             raise NonFiniteError("the state (q, v) holds a NaN or an infinity")
         self.stamp += 1
-        return Kinematics(self, q, v)
+        return Kinematics(self, q, v, t)
 
 
 class Kinematics:
-    """Placements, Jacobians and drifts at exactly the state (`q`, `v`)."""
+    """Placements, Jacobians and drifts at exactly the state (`q`, `v`) and time `t` [s]."""
 
-    def __init__(self, evaluator: KinematicsEvaluator, q: Array, v: Array) -> None:
+    def __init__(self, evaluator: KinematicsEvaluator, q: Array, v: Array, t: float = 0.0) -> None:
         self._evaluator = evaluator
         self._stamp = evaluator.stamp
         self.robot = evaluator.robot
         self.q = _frozen(q)
         self.v = _frozen(v)
+        self.t = t
         self._has_drift = False
         self._com: tuple[Array, Array] | None = None
         self._jacobians: dict[int, Array] = {}

@@ -13,9 +13,11 @@ from equipoise.analysis.style import (
     COLOURS,
     INK,
     SOFT,
+    curve_look,
     draw_curve,
     label_time,
     new_figure,
+    number,
     styled,
 )
 from equipoise.contacts import SoleContact, SupportPolygon
@@ -28,9 +30,9 @@ if TYPE_CHECKING:
 
 _MARGINS = (
     ("normal", "Normal force", 1.0, "N"),
-    ("pressure", "Centre of pressure to the sole's edge", 1e3, "mm"),
-    ("friction", "Friction cone: room of the tangential force", 1.0, "N"),
-    ("yaw", "Friction in yaw: room of the moment", 1.0, "N m"),
+    ("pressure", "Centre of pressure: distance to the sole's edge", 1e3, "mm"),
+    ("friction", "Friction: margin of the tangential force", 1.0, "N"),
+    ("yaw", "Friction in yaw: margin of the moment", 1.0, "N m"),
 )
 
 
@@ -39,7 +41,9 @@ def balance_figure(story: Story) -> Figure | None:
     """Draw the path of the CoM from above, and the reaction margins; None without either."""
     soles = [name for name in story.run if name.startswith("margin/") and story.has(name)]
     margins = [m for m in _MARGINS if any(m[0] in _labels(story, sole) for sole in soles)]
-    seen_from_above = story.has("com") and story.places is not None
+    seen_from_above = (
+        story.has("com") and story.places is not None and story.run["com"].shape[1] >= 2
+    )
     if not margins and not seen_from_above:
         return None
     figure = new_figure(13.3, 7.2, _title(story))
@@ -54,7 +58,7 @@ def balance_figure(story: Story) -> Figure | None:
         for axes, margin in zip(grid, margins, strict=True):
             _draw_margin(axes, story, soles, *margin)
         label_time(grid[-1], story.run.t)
-        grid[0].legend(loc="lower left", ncols=4, bbox_to_anchor=(0.45, 1.0), borderaxespad=0.1)
+        grid[-1].legend(loc="upper right", bbox_to_anchor=(1.0, -0.16), ncols=4)
     return figure
 
 
@@ -82,10 +86,9 @@ def _title(story: Story) -> str:
         return "Balance"
     margin = story.run["com_margin"][:, 0]
     least = 1e3 * float(margin.min())
-    return (
-        f"Balance (centre of mass at least {least:.1f} mm inside the support polygon,"
-        f" at {story.run.t[int(margin.argmin())]:.2f} s)"
-    )
+    when = story.run.t[int(margin.argmin())]
+    where = f"at least {least:.1f} mm inside" if least >= 0.0 else f"up to {-least:.1f} mm outside"
+    return f"Balance (centre of mass {where} the support polygon, at {when:.2f} s)"
 
 
 def _draw_from_above(axes: Axes, story: Story) -> None:
@@ -95,15 +98,9 @@ def _draw_from_above(axes: Axes, story: Story) -> None:
         if isinstance(contact, SoleContact):
             corners = sole_corners(contact.sole, contact.T_world_anchor)[:, :2]
             axes.fill(*corners.T, facecolor="#D9DEE4", edgecolor=SOFT, linewidth=0.8)
-            axes.text(
-                *corners.mean(axis=0),
-                contact.name.replace("_", " "),
-                color=SOFT,
-                fontsize=9,
-                ha="center",
-                va="center",
-                rotation=0,
-            )
+            x, y = corners[:, 0].min() + 0.004, corners[:, 1].mean()
+            name = contact.name.replace("_", " ")
+            axes.text(x, y, name, color=SOFT, fontsize=9, ha="left", va="center")
     margin = story.com_margin
     inner = inset(polygon, margin) if margin else None
     if inner is not None:
@@ -117,8 +114,8 @@ def _draw_from_above(axes: Axes, story: Story) -> None:
         )
     path = story.run["com"][:, :2]
     axes.plot(*path.T, color=COLOURS[0], linewidth=2.0, label="centre of mass")
-    axes.plot(*path[0], "o", color="white", markeredgecolor=INK, markersize=8, label="start")
-    axes.plot(*path[-1], "s", color=INK, markersize=7, label="end")
+    axes.plot(*path[0], "o", color="none", markeredgecolor=INK, markersize=12, label="start")
+    axes.plot(*path[-1], "s", color=INK, markersize=6, label="end")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("Projection of the centre of mass, seen from above")
     axes.set_xlabel("x, forward [m]")
@@ -129,24 +126,16 @@ def _draw_from_above(axes: Axes, story: Story) -> None:
 def _draw_margin(
     axes: Axes, story: Story, soles: list[str], kind: str, title: str, scale: float, unit: str
 ) -> None:
-    least = np.inf
-    for k, name in enumerate(soles):
-        if kind not in _labels(story, name):
-            continue
+    t, least, when = story.run.t, np.inf, 0.0
+    for k, name in enumerate(name for name in soles if kind in _labels(story, name)):
         values = scale * story.run[name][:, _labels(story, name).index(kind)]
         label = name.removeprefix("margin/").replace("_", " ")
-        dashes = "-" if k % 2 == 0 else (0, (4, 2))
-        draw_curve(
-            axes,
-            story.run.t,
-            values,
-            color=COLOURS[k % len(COLOURS)],
-            label=label,
-            linestyle=dashes,
-        )
-        least = min(least, float(values.min()))
+        draw_curve(axes, t, values, label=label, **curve_look(k, dashed=k % 2 == 1))
+        if values.min() < least:
+            least, when = float(values.min()), float(t[values.argmin()])
     axes.axhline(0.0, color=ALARM, linewidth=1.2, linestyle="--")
-    axes.set_title(f"{title} (smallest: {least:.3g} {unit})")
+    smallest = f"smallest: {number(least, '.3g')} {unit}" if np.isfinite(least) else "none"
+    axes.set_title(f"{title} ({smallest} at {when:.2f} s)", color=INK if least >= 0.0 else ALARM)
     axes.set_ylabel(f"[{unit}]")
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, -0.08 * high), high)

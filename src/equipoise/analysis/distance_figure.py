@@ -30,17 +30,23 @@ _SAME = 1e-3  # [m]
 
 @dataclass(frozen=True)
 class Curve:
-    """Pairs whose distances (N,) [m] stay within a millimetre of each other, drawn as one."""
+    """Pairs whose distances stay within a millimetre of the first one's (N,) [m], drawn as one."""
 
     names: tuple[str, ...]
     distance: Array
+
+    @property
+    def least(self) -> float:
+        """The smallest distance [m] of the first pair, infinite without any."""
+        known = self.distance[np.isfinite(self.distance)]
+        return float(known.min()) if known.size else np.inf
 
     @property
     def label(self) -> str:
         """The names of the pairs, without repeating the body they share."""
         if len(self.names) == 1:
             return self.names[0]
-        firsts, seconds = zip(*(name.split(" - ", 1) for name in self.names), strict=True)
+        firsts, seconds = zip(*(name.partition(" - ")[::2] for name in self.names), strict=True)
         if len(set(seconds)) == 1:
             return f"{', '.join(firsts)} - {seconds[0]}"
         if len(set(firsts)) == 1:
@@ -51,15 +57,21 @@ class Curve:
 def curves_of(names: tuple[str, ...], distances: Array) -> list[Curve]:
     """Return the curves of (N, k) distances, the one that comes closest first."""
     curves: list[Curve] = []
-    for k in np.argsort(np.nanmin(np.nan_to_num(distances, nan=np.inf), axis=0), kind="stable"):
+    known = np.where(np.isfinite(distances), distances, np.inf)
+    for k in np.argsort(known.min(axis=0), kind="stable"):
         distance = distances[:, k]
         for i, curve in enumerate(curves):
-            if np.abs(curve.distance - distance).max() < _SAME and " - " in names[k]:
+            if _same(curve.distance, distance):
                 curves[i] = Curve((*curve.names, names[k]), curve.distance)
                 break
         else:
             curves.append(Curve((names[k],), distance))
     return curves
+
+
+def _same(first: Array, second: Array) -> bool:
+    with np.errstate(invalid="ignore"):
+        return bool(np.abs(first - second).max() < _SAME)
 
 
 @styled
@@ -72,22 +84,20 @@ def distances_figure(story: Story) -> Figure | None:
     curves = curves_of(names, distances)
     closest = curves[0]
     title = (
-        f"Distances of the monitored pairs (smallest: {1e3 * closest.distance.min():.2f} mm,"
-        f" {closest.names[0]} at {t[int(closest.distance.argmin())]:.2f} s)"
+        f"Distances of the monitored pairs (smallest: {1e3 * closest.least:.3f} mm,"
+        f" {closest.names[0]} at {t[int(np.argmax(closest.distance == closest.least))]:.2f} s)"
     )
     figure = new_figure(13.3, 6.0, title)
     axes = figure.subplots()
     for curve in curves[_NAMED:]:
         draw_curve(axes, t, 1e3 * curve.distance, color=FAINT, linewidth=0.8)
     for curve, colour in zip(curves[:_NAMED], COLOURS, strict=False):
-        label = f"{curve.label}  ({1e3 * curve.distance.min():.1f} mm)"
+        label = f"{curve.label}  ({1e3 * curve.least:.1f} mm)"
         draw_curve(axes, t, 1e3 * curve.distance, color=colour, label=label, linewidth=1.8)
     if len(curves) > _NAMED:
         axes.plot([], [], color=FAINT, label=f"{len(curves) - _NAMED} others, farther away")
     _draw_security(axes, story, names)
-    named = [curve.distance for curve in curves[:_NAMED]]
-    top = 1e3 * float(max(np.median(distance) for distance in named))
-    axes.set_ylim(min(0.0, 1.1e3 * float(closest.distance.min())), min(max(1.3 * top, 60.0), 400.0))
+    axes.set_ylim(*_range(curves[:_NAMED]))
     axes.set_ylabel("distance [mm]")
     label_time(axes, t)
     axes.legend(
@@ -98,6 +108,12 @@ def distances_figure(story: Story) -> Figure | None:
         title_fontsize=9,
     )
     return figure
+
+
+def _range(curves: list[Curve]) -> tuple[float, float]:
+    """Return the range of the picture [mm]: where the named curves come close, not all of them."""
+    least = [1e3 * curve.least for curve in curves]
+    return min(0.0, 1.1 * least[0]), float(np.clip(4.0 * least[-1], 100.0, 400.0))
 
 
 def _draw_security(axes: Axes, story: Story, names: tuple[str, ...]) -> None:

@@ -16,7 +16,7 @@ from equipoise.world import Scene
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-AZIMUTH, ELEVATION, DISTANCE = np.radians(-60.0), np.radians(12.0), 5.0  # [rad, rad, m]
+AZIMUTH, ELEVATION, DISTANCE = np.radians(-70.0), np.radians(7.0), 5.0  # [rad, rad, m]
 _REACH = 0.8  # [m] of what surrounds the robot that a picture shows
 
 

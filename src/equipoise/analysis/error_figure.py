@@ -12,6 +12,7 @@ from equipoise.analysis.story import Story
 from equipoise.analysis.style import (
     COLOURS,
     INK,
+    curve_look,
     draw_curve,
     label_time,
     new_figure,
@@ -54,9 +55,10 @@ def _posture_panels(story: Story) -> list[Panel]:
 
 def _draw_posture(story: Story, axes: Axes) -> None:
     error = 1e3 * np.abs(story.run["dq"][:, 6:])
-    for limb, colour in zip(story.limbs, COLOURS, strict=False):
+    for k, limb in enumerate(story.limbs):
         largest = error[:, limb.joints].max(axis=1)
-        draw_curve(axes, story.run.t, largest, color=colour, label=limb.title, linewidth=1.3)
+        look = curve_look(k, dashed=limb.title.startswith("Right"))
+        draw_curve(axes, story.run.t, largest, label=limb.title, **look)
     axes.set_title("Posture: largest joint error of each limb")
     axes.set_ylabel("|q − q_ref| [mrad]")
     axes.set_ylim(bottom=0.0)
@@ -94,21 +96,11 @@ def _draw_frames(
 ) -> None:
     for k, name in enumerate(names):
         error = scale * np.linalg.norm(story.run[f"error/{name}"][:, part], axis=1)
-        look = _look(k)
+        look = curve_look(k, dashed=k % 2 == 1)
         draw_curve(axes, story.run.t, error, label=name.replace("_", " "), **look)
     axes.set_title(f"{what} error to the wanted trajectory")
     axes.set_ylabel(f"{what.lower()} error [{unit}]")
     axes.set_ylim(bottom=0.0)
-
-
-def _look(k: int) -> dict[str, object]:
-    """Return a look that stays visible where curves lie on each other."""
-    dashes = ("-", (0, (4, 3)), (0, (1.5, 2)))[k % 3]
-    return {
-        "color": COLOURS[k % len(COLOURS)],
-        "linestyle": dashes,
-        "linewidth": 2.0 - 0.2 * (k % 3),
-    }
 
 
 def _force_panels(story: Story) -> list[Panel]:

@@ -41,7 +41,7 @@ def make_figures(run: Run, folder: Path | str) -> list[Path]:
             figure = make(story)
             if figure is not None:
                 paths.append(save(figure, folder / f"{name}.png"))
-        if story.places is not None and story.has("q"):
+        if story.drawable:
             strip = snapshot_strip(run, places=story.places)
             paths.append(save(strip, folder / "snapshots.png"))
     except OSError as error:

@@ -14,9 +14,11 @@ from equipoise.analysis.style import (
     INK,
     SOFT,
     draw_curve,
+    finite,
     label_time,
     legend_below,
     new_figure,
+    number,
     styled,
     zero_line,
 )
@@ -32,8 +34,12 @@ _MOST_COLUMNS = 5
 @styled
 def joints_figure(story: Story) -> Figure | None:
     """Draw joint positions and velocities of each limb, references dashed; None without `q`."""
-    rows = [row for row in (("q", "q_ref", 7), ("v", "v_ref", 6)) if story.has(row[0])]
-    limbs = story.limbs
+    count, limbs = len(story.joint_names), story.limbs
+    rows = [
+        (name, reference, skip)
+        for name, reference, skip in (("q", "q_ref", 7), ("v", "v_ref", 6))
+        if story.has(name) and story.run[name].shape[1] == skip + count
+    ]
     if not rows or not limbs:
         return None
     columns = min(len(limbs), _MOST_COLUMNS)
@@ -50,7 +56,7 @@ def joints_figure(story: Story) -> Figure | None:
             if r == 0:
                 axes.set_title(limb.title)
         label_time(axes, story.run.t)
-        legend_below(axes, 2)
+        legend_below(axes, 30)
     for axes in grid.flat:
         if not axes.lines:
             axes.remove()
@@ -91,8 +97,8 @@ def _joints_title(story: Story) -> str:
 
 
 def _peak(values: Array) -> tuple[int, int]:
-    """Return tick and column of the largest value (N, k)."""
-    tick, column = np.unravel_index(np.nanargmax(np.nan_to_num(values)), values.shape)
+    """Return tick and column of the largest finite value (N, k), none of them negative."""
+    tick, column = np.unravel_index(np.argmax(finite(values)), values.shape)
     return int(tick), int(column)
 
 
@@ -113,9 +119,9 @@ def torques_figure(story: Story) -> Figure | None:
         f"Joint torques as share of their limits (largest: {share[tick, joint]:.0f} %,"
         f" {robot.joint_names[joint]} at {story.run.t[tick]:.2f} s)"
     )
-    figure = new_figure(13.3, 0.6 + 3.4 * rows, title)
+    figure = new_figure(13.3, 0.6 + 3.7 * rows, title)
     grid = figure.subplots(rows, columns, squeeze=False)
-    reach = max(115.0, 1.1 * float(np.nanmax(np.abs(np.nan_to_num(share)))))
+    reach = max(115.0, 1.1 * float(np.abs(finite(share)).max()))
     for axes, limb in zip(grid.flat, limbs, strict=False):
         _draw_shares(axes, story, limb, share, reach)
     _draw_peaks(grid.flat[len(limbs)], share, robot.joint_names)
@@ -134,10 +140,10 @@ def _draw_shares(axes: Axes, story: Story, limb: Limb, share: Array, reach: floa
         draw_curve(axes, t, share[:, joint], color=colour, label=label, linewidth=1.3)
     tick, k = _peak(np.abs(share[:, limb.joints]))
     peak = share[tick, limb.joints[k]]
-    axes.plot(t[tick], peak, "o", color=INK, markersize=4)
+    axes.plot(t[tick], peak, "o", color=INK, markersize=4, clip_on=False)
     right = t[tick] > t[0] + 0.6 * (t[-1] - t[0])
     axes.annotate(
-        f"{names[k]}: {peak:.0f} %",
+        f"{names[k]}: {number(peak, '.0f')} %",
         (t[tick], peak),
         xytext=(-6 if right else 6, 8 if peak >= 0.0 else -8),
         textcoords="offset points",
@@ -151,11 +157,11 @@ def _draw_shares(axes: Axes, story: Story, limb: Limb, share: Array, reach: floa
     axes.set_yticks([-100, -50, 0, 50, 100])
     axes.set_ylabel("torque / limit [%]")
     label_time(axes, t)
-    axes.legend(loc="lower left", ncols=4, columnspacing=1.0)
+    legend_below(axes, 46)
 
 
 def _draw_peaks(axes: Axes, share: Array, names: tuple[str, ...], count: int = 10) -> None:
-    peaks = np.nanmax(np.abs(np.nan_to_num(share)), axis=0)
+    peaks = np.abs(finite(share)).max(axis=0)
     order = np.argsort(peaks)[::-1][:count][::-1]
     axes.barh([names[i] for i in order], peaks[order], color=COLOURS[0], height=0.65)
     for row, i in enumerate(order):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from os.path import commonprefix
 
 from equipoise.robots import Robot
 
@@ -21,8 +20,12 @@ class Limb:
     def short_names(self, names: tuple[str, ...]) -> list[str]:
         """Return the joints' names without what all of them share."""
         own = [names[i] for i in self.joints]
-        shared = commonprefix(own) if len(own) > 1 else ""
-        cut = shared.rfind("_") + 1
+        cut = 0
+        if len(own) > 1:
+            first, last = min(own), max(own)
+            alike = [a == b for a, b in zip(first, last, strict=False)]
+            shared = first[: [*alike, False].index(False)]
+            cut = shared.rfind("_") + 1
         return [name[cut:] for name in own]
 
 

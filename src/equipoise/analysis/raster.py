@@ -7,6 +7,7 @@ triangles of shapes that intersect cannot be drawn right in any order.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def rasterise(corners: Array, width: int, height: int) -> Raster:
 
 
 def weights(corners: Array, column: Array, row: Array) -> Array:
-    """Return the weight (n, 3) of each corner of triangles (n, 3, 3) at pixels (n,), summing to 1."""
+    """Return the weight (n, 3) of each corner of triangles (n, 3, 3) at pixels (n,)."""
     x, y = column + 0.5, row + 0.5
     a, b, c = corners[:, 0, :2], corners[:, 1, :2], corners[:, 2, :2]
     area = _cross(b - a, c - a)
@@ -118,4 +119,4 @@ def _parts(counts: Array) -> list[slice]:
     total = np.cumsum(counts)
     marks = np.arange(_FRAGMENTS_AT_ONCE, int(total[-1]) if total.size else 0, _FRAGMENTS_AT_ONCE)
     cuts = np.unique([0, *np.searchsorted(total, marks), counts.size])
-    return [slice(int(a), int(b)) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    return [slice(int(a), int(b)) for a, b in pairwise(cuts)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -51,8 +51,8 @@ def render(
     corners = corners[picture.mesh.triangles]
     raster = rasterise(corners, w, h)
     sun = _Sun(picture, camera, light)
-    image = np.ones((h, w, 3))
-    _paint_floor(image, raster, camera, sun, light)
+    floor = _floor(camera, width, height, sun, light)
+    image = np.repeat(np.repeat(floor, smooth, axis=0), smooth, axis=1)[:, :, None] * np.ones(3)
     _paint_bodies(image, raster, corners, picture, camera, sun, light)
     _paint_outlines(image, raster, picture)
     return image.reshape(height, smooth, width, smooth, 3).mean(axis=(1, 3))
@@ -122,22 +122,39 @@ def _disc(count: int) -> Array:
 _DISC = _disc(14)
 
 
-def _paint_floor(image: Array, raster: Raster, camera: Camera, sun: _Sun, light: Light) -> None:
-    rows, columns = np.nonzero(raster.triangle < 0)
-    origin, direction = camera.rays(*_in_metres(columns, rows, camera, raster.triangle.shape))
-    down = direction[:, 2] < -1e-9
-    rows, columns = rows[down], columns[down]
-    origin, direction = origin[down], direction[down]
-    along = -origin[:, 2] / direction[:, 2]
-    points = origin + along[:, None] * direction
-    near = np.linalg.norm(points - camera.target, axis=1) < 3.0 * light.fade
-    rows, columns, points = rows[near], columns[near], points[near]
-    fade = np.exp(-((np.linalg.norm(points - camera.target, axis=1) / light.fade) ** 4))
-    offset = np.abs((points[:, :2] / light.grid + 0.5) % 1.0 - 0.5) * light.grid
-    on_line = (offset < light.grid_line).any(axis=1)
-    shade = 1.0 - fade * light.grid_strength * on_line
-    shade -= fade * light.floor_shadow * (1.0 - sun.reaches(points))
-    image[rows, columns] = shade[:, None]
+def _floor(camera: Camera, width: int, height: int, sun: _Sun, light: Light) -> Array:
+    """Return the brightness (height, width) of the floor z = 0, which fades into white."""
+    rows, columns = np.divmod(np.arange(width * height), width)
+    origin, direction = camera.rays(*_in_metres(columns, rows, camera, (height, width)))
+    steep = np.minimum(direction[:, 2], -1e-9)
+    along = -origin[:, 2] / steep
+    points = origin[:, :2] + along[:, None] * direction[:, :2]
+    fade = np.exp(-((np.linalg.norm(points - camera.target[:2], axis=1) / light.fade) ** 4))
+    fade *= (along > 0.0) * _vignette(width, height).ravel()
+    shade = np.ones(width * height)
+    seen = np.flatnonzero(fade > 0.004)
+    on_floor = np.column_stack([points[seen], np.zeros(len(seen))])
+    shade[seen] -= fade[seen] * light.floor_shadow * (1.0 - sun.reaches(on_floor))
+    lines = _grid_lines(points.reshape(height, width, 2), light)
+    return shade.reshape(height, width) - light.grid_strength * fade.reshape(height, width) * lines
+
+
+def _grid_lines(points: Array, light: Light) -> Array:
+    """Return the share (h, w) of each pixel's floor that grid lines cover."""
+    steps = [np.gradient(points, axis=axis) for axis in (0, 1)]
+    footprint = np.maximum(np.abs(steps[0]) + np.abs(steps[1]), 1e-9)
+    offset = np.abs((points / light.grid + 0.5) % 1.0 - 0.5) * light.grid
+    covered = (light.grid_line + 0.5 * footprint - offset) / footprint
+    most = 2.0 * light.grid_line / footprint
+    return np.minimum(np.clip(covered, 0.0, 1.0), np.minimum(most, 1.0)).max(axis=2)
+
+
+def _vignette(width: int, height: int) -> Array:
+    """Return a weight (height, width): 1 inside, falling to 0 at the rim of the picture."""
+    across = np.minimum(np.arange(width) + 0.5, np.arange(width)[::-1] + 0.5) / (0.1 * width)
+    down = np.minimum(np.arange(height) + 0.5, np.arange(height)[::-1] + 0.5) / (0.1 * height)
+    ramp = np.clip(np.minimum(across[None, :], down[:, None]), 0.0, 1.0)
+    return ramp * ramp * (3.0 - 2.0 * ramp)
 
 
 def _paint_bodies(
@@ -174,6 +191,9 @@ def _paint_outlines(image: Array, raster: Raster, picture: Picture) -> None:
     """Darken where one part ends before another, so that light parts stand out from white."""
     part = np.where(raster.triangle < 0, -1, np.append(picture.part, -1)[raster.triangle])
     edge = np.zeros(part.shape, dtype=bool)
-    edge[:, 1:] |= part[:, 1:] != part[:, :-1]
-    edge[1:] |= part[1:] != part[:-1]
-    image[edge] *= 0.55
+    across, down = part[:, 1:] != part[:, :-1], part[1:] != part[:-1]
+    edge[:, 1:] |= across
+    edge[:, :-1] |= across
+    edge[1:] |= down
+    edge[:-1] |= down
+    image[edge & (part >= 0)] *= 0.62

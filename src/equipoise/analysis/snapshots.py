@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from equipoise.scenarios.places import Places
 
 _WIDTH = 13.3  # [inch]
+_WIDEST = 3.3  # [inch]
 _CAPTION = 0.35  # [inch]
 
 
@@ -32,7 +33,7 @@ def snapshot_strip(
 ) -> Figure:
     """Draw the robot in its world at `times` [s], all seen by one camera, side by side.
 
-    Without times, `count` of them are spread evenly over the run. Each picture shows the tick
+    Without times, `count` ticks are spread evenly over the run. Each picture shows the tick
     nearest to its time and bears that tick's time. `places` is built from the run's scenario
     unless given.
 
@@ -49,7 +50,7 @@ def snapshot_strip(
     camera = frame_stage(stage, run["q"][ticks])
     rows = -(-len(ticks) // 8)
     columns = -(-len(ticks) // rows)
-    width = min(_WIDTH / columns, 5.0)
+    width = min(_WIDTH / columns, _WIDEST)
     figure = new_figure(columns * width, rows * (width / camera.aspect + _CAPTION))
     figure.set_layout_engine("none")
     share = _CAPTION / (width / camera.aspect + _CAPTION)
@@ -77,7 +78,10 @@ def _ticks(run: Run, times: Sequence[float] | None, count: int) -> list[int]:
     if times is None:
         if count < 1:
             raise InputError("A strip needs at least one snapshot", given=count)
-        times = np.linspace(run.t[0], run.t[-1], count)
+        known = run.t[np.isfinite(run["q"]).all(axis=1)]
+        if not known.size:
+            raise InputError("No tick of the run has a finite configuration", given=run.folder.name)
+        times = known[np.linspace(0, known.size - 1, count).round().astype(int)]
     ticks = list(dict.fromkeys(run.at(float(t)) for t in times))
     if not ticks:
         raise InputError("A strip needs at least one time", given=list(times))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from equipoise.analysis.limbs import Limb, limbs_of
 from equipoise.errors import EquipoiseError
 from equipoise.runlog import Run
@@ -39,9 +41,12 @@ class Story:
         return run.t.size > 0 and all(c in run and run[c].shape[1] > 0 for c in channels)
 
     @property
-    def name(self) -> str:
-        """What the figures call the run."""
-        return self.scenario.name if self.scenario else self.run.folder.name
+    def drawable(self) -> bool:
+        """Whether the robot is known and at least one of its configurations."""
+        if self.places is None or not self.has("q"):
+            return False
+        q = self.run["q"]
+        return q.shape[1] == self.places.robot.nq and bool(np.isfinite(q).all(axis=1).any())
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -44,7 +44,7 @@ _RC = {
     "ytick.labelsize": 9.0,
     "legend.fontsize": 9.0,
     "legend.frameon": False,
-    "legend.handlelength": 1.6,
+    "legend.handlelength": 2.2,
     "lines.linewidth": 1.5,
     "figure.facecolor": "white",
     "axes.xmargin": 0.01,
@@ -93,6 +93,22 @@ def draw_curve(axes: Axes, t: Array, y: Array, **look: object) -> Line2D:
     return axes.plot(x, values, **look)[0]
 
 
+def curve_look(k: int, *, dashed: bool) -> dict[str, object]:
+    """Return the look of the k-th curve; a dashed one shows what lies under it."""
+    dashes = (0, (3, 2)) if dashed else "-"
+    return {"color": COLOURS[k % len(COLOURS)], "linestyle": dashes, "linewidth": 1.8}
+
+
+def finite(values: Array) -> Array:
+    """Return the values with zeros for those that are not finite."""
+    return np.where(np.isfinite(values), values, 0.0)
+
+
+def number(value: float, form: str) -> str:
+    """Return a number as text, with a true minus sign."""
+    return format(value, form).replace("-", "\N{MINUS SIGN}")
+
+
 def decimate(t: Array, y: Array, points: int = POINTS) -> tuple[Array, Array]:
     """Return at most `points` samples of a curve, with the least and largest of every stretch.
 
@@ -101,17 +117,21 @@ def decimate(t: Array, y: Array, points: int = POINTS) -> tuple[Array, Array]:
     values = np.where(np.isfinite(y), y, np.nan)
     if len(t) <= points:
         return np.asarray(t), values
-    kept = {0, len(t) - 1}
-    bounds = np.linspace(0, len(t), max(1, (points - 2) // 3) + 1).astype(int)
-    for start, stop in zip(bounds[:-1], bounds[1:], strict=True):
-        stretch = values[start:stop]
-        missing = np.isnan(stretch)
-        if missing.any():
-            kept.add(start + int(np.argmax(missing)))
-        if not missing.all():
-            kept.add(start + int(np.nanargmin(stretch)))
-            kept.add(start + int(np.nanargmax(stretch)))
-    index = np.array(sorted(kept))
+    size = -(-len(t) // max(1, (points - 2) // 3))
+    count = -(-len(t) // size)
+    stretches = np.full((count, size), np.nan)
+    stretches.flat[: len(t)] = values
+    missing = np.isnan(stretches)
+    starts = size * np.arange(count)
+    gaps = missing.any(axis=1)
+    if len(t) % size:
+        gaps[-1] = missing[-1, : len(t) % size].any()
+    some = ~missing.all(axis=1)
+    least = np.where(missing, np.inf, stretches).argmin(axis=1)
+    largest = np.where(missing, -np.inf, stretches).argmax(axis=1)
+    gap = (starts + missing.argmax(axis=1))[gaps]
+    kept = ([0, len(t) - 1], gap, (starts + least)[some], (starts + largest)[some])
+    index = np.unique(np.concatenate(kept))
     return np.asarray(t)[index], values[index]
 
 
@@ -128,8 +148,10 @@ def zero_line(axes: Axes) -> None:
     axes.axhline(0.0, color=SOFT, linewidth=0.9, zorder=1.5)
 
 
-def legend_below(axes: Axes, columns: int) -> None:
-    """Write the legend under the axes."""
+def legend_below(axes: Axes, letters: int) -> None:
+    """Write the legend under the axes, in as many columns as fit into that many letters."""
+    widest = max((len(label) for label in axes.get_legend_handles_labels()[1]), default=0)
+    columns = max(1, letters // (widest + 5))
     axes.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, -0.2),

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from equipoise.spatial import Array
 
-SEGMENTS = 28
+SEGMENTS = 24
 
 
 @dataclass(frozen=True)

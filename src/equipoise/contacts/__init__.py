@@ -2,18 +2,32 @@
 
 from equipoise.contacts.base import Contact
 from equipoise.contacts.grasp import GraspContact
+from equipoise.contacts.moving import (
+    MotionSample,
+    MovingSurfaceContact,
+    StraightMotion,
+    SurfaceMotion,
+)
+from equipoise.contacts.point import PointContact
 from equipoise.contacts.reaction import ReactionMargins, reaction_margins
 from equipoise.contacts.sole import SoleContact
 from equipoise.contacts.stack import ContactStack, StackedContacts
 from equipoise.contacts.support import SupportPolygon
+from equipoise.contacts.surface import SurfaceContact
 
 __all__ = [
     "Contact",
     "ContactStack",
     "GraspContact",
+    "MotionSample",
+    "MovingSurfaceContact",
+    "PointContact",
     "ReactionMargins",
     "SoleContact",
     "StackedContacts",
+    "StraightMotion",
     "SupportPolygon",
+    "SurfaceContact",
+    "SurfaceMotion",
     "reaction_margins",
 ]

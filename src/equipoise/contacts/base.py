@@ -1,4 +1,4 @@
-"""What every contact kind provides: rows, drift, residual, and which of its rows are regulated."""
+"""What every contact kind provides: rows, rate, drift, residual, and its regulated rows."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WRENCH_UNITS = ("N", "N", "N", "N m", "N m", "N m")
 
 @dataclass(frozen=True)
 class Contact(ABC):
-    """A holonomic constraint `phi(q) = 0` with multiplier `lam`, world on robot.
+    """A holonomic constraint `phi(q, t) = 0` with multiplier `lam`, world on robot.
 
     `name` names it in logs and errors. `supporting`: it may carry any reaction and takes part in
     carrying the base. `regulated`: labels of the rows whose multiplier follows a wanted profile.
@@ -46,15 +46,19 @@ class Contact(ABC):
 
     @abstractmethod
     def jacobian(self, kin: Kinematics) -> Array:
-        """Return `J` (k, nv): the rows `J v = 0`."""
+        """Return `J` (k, nv): the rows `J v = rate`."""
+
+    def rate(self, kin: Kinematics) -> Array:
+        """Return `nu_c` (k,), the right-hand side of `J v = nu_c`: zero unless it moves itself."""
+        return np.zeros(self.size)
 
     @abstractmethod
     def drift(self, kin: Kinematics) -> Array:
-        """Return `dJ/dt v` (k,)."""
+        """Return `dJ/dt v - d rate/dt` (k,): the rows' second derivative is `J dv/dt + drift`."""
 
     @abstractmethod
     def residual(self, kin: Kinematics) -> Array:
-        """Return `phi` (k,), with `d phi / dt = J v` where `phi` is small."""
+        """Return `phi` (k,), with `d phi / dt = J v - rate` where `phi` is small."""
 
     def reaction_costs(self) -> Array:
         """Return what a unit of each row's multiplier costs (k,) when the base is carried."""

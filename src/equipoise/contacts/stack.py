@@ -65,8 +65,12 @@ class ContactStack:
         return StackedContacts(self, kin)
 
     def drift(self, kin: Kinematics) -> Array:
-        """Return `dJ_phi/dt v` (r,)."""
+        """Return `dJ_phi/dt v - d rate/dt` (r,)."""
         return _stacked([contact.drift(kin) for contact in self.contacts])
+
+    def rate(self, kin: Kinematics) -> Array:
+        """Return `nu_c` (r,), the right-hand side of `J_phi v = nu_c`."""
+        return _stacked([contact.rate(kin) for contact in self.contacts])
 
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (r,)."""

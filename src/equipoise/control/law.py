@@ -127,7 +127,7 @@ class PassivityController:
         q, v = measured.q, measured.v
         dq = pin.difference(self.robot.model, target.q_ref, q)
         dv = v - velocity_transport(q, target.q_ref, target.v_ref)
-        stacked = self.contacts.at(self._evaluator.at(q, v))
+        stacked = self.contacts.at(self._evaluator.at(q, v, t))
         if not self._started:
             self.posture.start(t, dq, dv)
             self.force.start(t)

@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+import logging
 import math
+from functools import cache
 
 import numpy as np
 
+from equipoise.hqp.compilation import is_kept
 from equipoise.hqp.hierarchy import Hierarchy
 from equipoise.hqp.hierarchy_kernels import answer
 from equipoise.hqp.kernels import Buffers, Problem, allocate
 from equipoise.hqp.solution import Solution, Status, describe
+
+LOG = logging.getLogger(__name__)
+
+
+@cache
+def prepare_kernels() -> None:
+    """Load the compiled kernels by solving a tiny problem; compile them once, and say so."""
+    if not is_kept():
+        LOG.warning("Compiling the hierarchy solver, once and for all: about half a minute.")
+    buffers, one = allocate(1, 1, 1), np.ones(1)
+    problem = Problem(np.ones((1, 1)), one, one)
+    active = np.zeros(1, dtype=np.int8)
+    answer(problem, np.array([1]), buffers, 1, one.copy(), one.copy(), one.copy(), active)
 
 
 class ActiveSet:
@@ -18,8 +34,8 @@ class ActiveSet:
     Rows that the optimum of a level determines (equalities, violated rows, rows with a multiplier)
     are eliminated for good; satisfied ones stay as hard rows for the levels below. The working rows
     of the last answer are tried first, so a problem that changes little costs one elimination.
-    `iteration_limit` bounds the working problems of a level. The first call of a process compiles
-    or loads the kernels: half a minute once, then under a second.
+    `iteration_limit` bounds the working problems of a level. The first solver of a process loads
+    the compiled kernels, and compiles them where that was never done (see `compilation`).
     """
 
     name = "active_set"
@@ -29,6 +45,7 @@ class ActiveSet:
         self._shape: tuple[int, int, int] = (0, 0, 0)
         self._ends: tuple[int, ...] = ()
         self._buffers: Buffers | None = None
+        prepare_kernels()
 
     def reset(self) -> None:
         """Forget the last answer; the next problem is solved as if it were the first."""

@@ -7,6 +7,7 @@ import numpy as np
 from equipoise.hqp.compilation import compiled
 from equipoise.hqp.kernels import (
     DEPTH,
+    EQUALITY,
     FIXED,
     FREE,
     GOAL,
@@ -156,7 +157,7 @@ def remember(p: Problem, b: Buffers, level: Level) -> None:
         if row < level.start:
             signs[SIDE, row] = side if exists and signs[ROLE, row] == HARD else 0
         elif p.lower[row] == p.upper[row]:
-            signs[SIDE, row] = 2
+            signs[SIDE, row] = EQUALITY
         else:
             signs[SIDE, row] = side if exists else side_of(p, row, b.of_rows[VALUE, row], 0.0)
 
@@ -175,7 +176,8 @@ def settle(p: Problem, b: Buffers, level: Level, working: Working, ended: bool) 
     for i in range(working.hard, working.last):
         row = order[ORDER, i]
         margin = ZERO_TOLERANCE * of_rows[NORM, row] * level.size
-        if signs[SIDE, row] == 2 or (not working.met and abs(of_rows[VIOLATION, i]) > margin):
+        violated = not working.met and abs(of_rows[VIOLATION, i]) > margin
+        if signs[SIDE, row] == EQUALITY or violated:
             signs[ROLE, row] = FIXED
         else:
             loose = True
@@ -226,6 +228,6 @@ def judge(
             near = ACTIVE_TOLERANCE * (1.0 + abs(value))
             active[row] = int(value >= high - near) - int(value <= low + near)
             if low == high:
-                active[row] = 2
+                active[row] = EQUALITY
         slack[level] = np.sqrt(squares)
         start = ends[level]

@@ -24,12 +24,16 @@ column = np.uint64
 # reach, its violation
 NORM, VALUE, NEXT_VALUE, LEFT, ONCE_LEFT, REST, VIOLATION = range(7)
 # rows of Buffers.of_columns: v, the next v, the step in either coordinates, the goal of a level of
-# unit rows, scratch, and by place the multipliers of the hard working rows and their rounding
-V, NEXT_V, STEP, GOAL, SCRATCH, MULTIPLIER, NOISE = range(7)
-# rows of Buffers.numbers: reflectors applied to a projected row, and the row at a working place
-DEPTH, ORDER = range(2)
+# unit rows, scratch, and by place of the hard working rows their multipliers, the rounding of
+# those, and their shares in the dependent row
+V, NEXT_V, STEP, GOAL, SCRATCH, MULTIPLIER, NOISE, SHARE = range(8)
+# rows of Buffers.numbers: reflectors applied to a projected row, the row at a working place, and
+# at 0 the broken hard row that depends on the working ones (-1: none)
+DEPTH, ORDER, DEPENDENT_ROW = range(3)
 # rows of Buffers.signs
 ROLE, SIDE = range(2)
+# values of a side: +1 upper, -1 lower, 0 not working, and
+EQUALITY, DEPENDENT = 2, 3
 # values of a role, beside 0 for rows of later levels
 HARD, OWN, FIXED, FREE = 1, 2, 3, 4
 
@@ -101,10 +105,10 @@ def allocate(m: int, n: int, levels: int) -> Buffers:
         factor=np.zeros((m, n)),
         triangle=np.zeros((n, m)),
         memory=np.zeros((levels + 1, m), dtype=np.int8),
-        numbers=np.zeros((2, m), dtype=np.int64),
+        numbers=np.zeros((3, m), dtype=np.int64),
         signs=np.zeros((2, m), dtype=np.int8),
         of_rows=np.zeros((7, m)),
-        of_columns=np.zeros((7, n)),
+        of_columns=np.zeros((8, n)),
     )
 
 

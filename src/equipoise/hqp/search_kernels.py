@@ -15,6 +15,9 @@ import numpy as np
 
 from equipoise.hqp.compilation import compiled
 from equipoise.hqp.kernels import (
+    DEPENDENT,
+    DEPENDENT_ROW,
+    EQUALITY,
     FEASIBILITY,
     HARD,
     MULTIPLIER,
@@ -26,6 +29,7 @@ from equipoise.hqp.kernels import (
     OWN,
     RANK_TOLERANCE,
     ROLE,
+    SHARE,
     SIDE,
     STEP,
     VALUE,
@@ -81,12 +85,18 @@ def guess(p: Problem, b: Buffers, level: Level) -> tuple[Working, int, bool]:
 def flip_hard(p: Problem, b: Buffers, level: Level, working: Working) -> int:
     """Let go of hard rows with a wrong multiplier, hold those that are broken; count them."""
     signs, of_rows, columns = b.signs, b.of_rows, b.of_columns
-    flips = 0
+    chosen, flips = b.numbers[DEPENDENT_ROW, 0], 0
+    if chosen >= 0:
+        give_way(p, b, level, working, chosen)
     for row in range(level.start):
-        if signs[ROLE, row] == HARD and signs[SIDE, row] == 0:
+        if signs[ROLE, row] != HARD:
+            continue
+        if signs[SIDE, row] == 0 or row == chosen:
             margin = FEASIBILITY * of_rows[NORM, row] * level.size
             signs[SIDE, row] = side_of(p, row, of_rows[NEXT_VALUE, row], margin)
             flips += signs[SIDE, row] != 0
+        elif signs[SIDE, row] == DEPENDENT:
+            signs[SIDE, row] = 0
     if not working.met:
         for j in range(working.hard):
             row = b.numbers[ORDER, j]
@@ -94,6 +104,30 @@ def flip_hard(p: Problem, b: Buffers, level: Level, working: Working) -> int:
                 signs[SIDE, row] = 0
                 flips += 1
     return flips
+
+
+@compiled
+def give_way(p: Problem, b: Buffers, level: Level, working: Working, chosen: int) -> None:
+    """Let go of the hard working row that stands in the way of a broken dependent one.
+
+    The dependent row is a sum of working rows: only where one enters with its own sign does its
+    leaving help, and the one whose multiplier falls to zero first keeps the others' signs right.
+    """
+    signs, of_rows, columns = b.signs, b.of_rows, b.of_columns
+    side = side_of(p, chosen, of_rows[NEXT_VALUE, chosen], 0.0)
+    best, least, largest = -1, np.inf, 0.0
+    for j in range(working.hard):
+        row = b.numbers[ORDER, j]
+        share = columns[SHARE, j] * side * signs[SIDE, row]
+        if share * of_rows[NORM, row] <= RANK_TOLERANCE * of_rows[NORM, chosen]:
+            continue
+        ratio = 0.0
+        if not working.met:
+            ratio = max(columns[MULTIPLIER, j] * signs[SIDE, row] - columns[NOISE, j], 0.0) / share
+        if ratio < least or (ratio == least and share * of_rows[NORM, row] > largest):
+            best, least, largest = row, ratio, share * of_rows[NORM, row]
+    if best >= 0:
+        signs[SIDE, best] = 0
 
 
 @compiled
@@ -111,7 +145,7 @@ def flip_soft(p: Problem, b: Buffers, level: Level, working: Working) -> int:
     for i in range(working.hard, working.last):
         row = b.numbers[ORDER, i]
         margin = ZERO_TOLERANCE * of_rows[NORM, row] * level.size
-        if signs[SIDE, row] != 2 and of_rows[VIOLATION, i] * signs[SIDE, row] < -margin:
+        if signs[SIDE, row] != EQUALITY and of_rows[VIOLATION, i] * signs[SIDE, row] < -margin:
             signs[SIDE, row] = side_of(p, row, of_rows[NEXT_VALUE, row], margin)
             flips += 1
     return flips
@@ -120,17 +154,17 @@ def flip_soft(p: Problem, b: Buffers, level: Level, working: Working) -> int:
 @compiled
 def search(p: Problem, b: Buffers, level: Level, limit: int) -> tuple[Working, int, bool]:
     """Search by the primal method from v; return the work and whether it ended by itself."""
-    signs, of_rows, columns = b.signs, b.of_rows, b.of_columns
-    for row in range(level.start):
-        signs[SIDE, row] = 0
+    signs, columns = b.signs, b.of_columns
+    signs[SIDE, : level.start] = 0
     for row in range(level.start, level.end):
-        if signs[SIDE, row] != 2:
-            signs[SIDE, row] = side_of(p, row, of_rows[VALUE, row], 0.0)
+        if signs[SIDE, row] == 0:
+            signs[SIDE, row] = side_of(p, row, b.of_rows[VALUE, row], 0.0)
     n, work, stalls = columns.shape[1], 0, 0
     while True:
         working = solve_working(p, b, level)
         work += 1
         lowest = stalls > STALLS_BEFORE_LOWEST
+        forget_dependent(b, level)
         share, row, side = reach(p, b, level, lowest)
         for c in range(n):
             columns[V, c] += share * columns[STEP, c]
@@ -145,6 +179,14 @@ def search(p: Problem, b: Buffers, level: Level, limit: int) -> tuple[Working, i
         if ended or work >= limit:
             copy_row(columns, NEXT_V, columns, V)
             return working, work, ended
+
+
+@compiled
+def forget_dependent(b: Buffers, level: Level) -> None:
+    """Take dependent hard rows out of the working rows."""
+    for row in range(level.start):
+        if b.signs[SIDE, row] == DEPENDENT:
+            b.signs[SIDE, row] = 0
 
 
 @compiled
@@ -208,7 +250,7 @@ def release_soft(p: Problem, b: Buffers, level: Level, working: Working, lowest:
     for i in range(working.hard, working.last):
         row = b.numbers[ORDER, i]
         margin = ZERO_TOLERANCE * of_rows[NORM, row] * level.size
-        if signs[SIDE, row] == 2 or of_rows[VIOLATION, i] * signs[SIDE, row] >= -margin:
+        if signs[SIDE, row] == EQUALITY or of_rows[VIOLATION, i] * signs[SIDE, row] >= -margin:
             continue
         if first < 0 or row < first:
             first = row

@@ -10,7 +10,10 @@ import numpy as np
 
 from equipoise.hqp.compilation import compiled
 from equipoise.hqp.kernels import (
+    DEPENDENT,
+    DEPENDENT_ROW,
     DEPTH,
+    FEASIBILITY,
     GOAL,
     HARD,
     LEFT,
@@ -25,6 +28,7 @@ from equipoise.hqp.kernels import (
     ROLE,
     ROUNDING,
     SCRATCH,
+    SHARE,
     SIDE,
     STEP,
     VALUE,
@@ -110,8 +114,12 @@ def take_rows(p: Problem, b: Buffers, first: int, last: int, fixed: int, hard: i
 
 @compiled
 def take_hard_rows(p: Problem, b: Buffers, level: Level) -> int:
-    """Eliminate the hard working rows; return their number. Dependent ones leave the set."""
+    """Eliminate the hard working rows; return their number.
+
+    Dependent ones leave the set; the worst broken one of them is noted with its shares.
+    """
     signs, order = b.signs, b.numbers
+    order[DEPENDENT_ROW, 0] = -1
     last = 0
     for row in range(level.start):
         if signs[ROLE, row] == HARD and signs[SIDE, row] != 0:
@@ -125,38 +133,28 @@ def take_hard_rows(p: Problem, b: Buffers, level: Level) -> int:
     worst, most = -1, FEASIBILITY * level.size
     for i in range(rank, last):
         row = order[ORDER, i]
-        beyond = dot(b.factor, i, b.of_columns, STEP, level.fixed, level.fixed + rank)
-        beyond = (beyond - b.of_rows[REST, i]) * signs[SIDE, row] / b.of_rows[NORM, row]
+        value = b.of_rows[VALUE, row]
+        value += dot(b.factor, i, b.of_columns, STEP, level.fixed, level.fixed + rank)
+        beyond = max(value - p.upper[row], p.lower[row] - value) / b.of_rows[NORM, row]
         if beyond > most:
             worst, most = i, beyond
-    b.numbers[OUTVOTED, 0] = -1
     if worst >= 0:
-        find_exchange(b, level.fixed, rank, worst)
+        share_out(b, level.fixed, rank, worst)
     for i in range(rank, last):
-        signs[SIDE, order[ORDER, i]] = 0
+        signs[SIDE, order[ORDER, i]] = DEPENDENT
     return rank
 
 
 @compiled
-def find_exchange(b: Buffers, fixed: int, rank: int, place: int) -> None:
-    """Note a hard working row that stands in the way of a dependent one, to be exchanged.
-
-    The dependent row is a sum of working rows; one that enters with its own sign must give way.
-    """
-    factor, columns, order, signs = b.factor, b.of_columns, b.numbers, b.signs
-    row = order[ORDER, place]
-    best, most = -1, 0.0
+def share_out(b: Buffers, fixed: int, rank: int, place: int) -> None:
+    """Note a dependent row and its shares in the hard working rows, whose sum it is."""
+    factor, columns = b.factor, b.of_columns
     for i in range(rank - 1, -1, -1):
         share = factor[place, fixed + i]
         for k in range(i + 1, rank):
-            share -= factor[k, fixed + i] * columns[SCRATCH, k]
-        columns[SCRATCH, i] = share / factor[i, fixed + i]
-        other = order[ORDER, i]
-        agrees = columns[SCRATCH, i] * signs[SIDE, row] * signs[SIDE, other] * b.of_rows[NORM, other]
-        if agrees > most:
-            best, most = other, agrees
-    order[OUTVOTED, 0] = best
-    order[OUTVOTED, 1] = row
+            share -= factor[k, fixed + i] * columns[SHARE, k]
+        columns[SHARE, i] = share / factor[i, fixed + i]
+    b.numbers[DEPENDENT_ROW, 0] = b.numbers[ORDER, place]
 
 
 @compiled

@@ -55,7 +55,7 @@ class MotionGenerator:
 
     def step(self, t: float) -> MotionStep:
         """Solve at time `t` [s], return the reference of this moment and move on by `dt`."""
-        kin = self._evaluator.at(self._q, self._v)
+        kin = self._evaluator.at(self._q, self._v, t)
         hierarchy = build_hierarchy(self.levels, kin, t)
         solution = self.solver.solve(hierarchy)
         step = MotionStep(t, kin.q, solution.v, kin, hierarchy, solution)

@@ -46,7 +46,7 @@ def solve_posture(
     q, v = np.array(q_from, dtype=float), np.zeros(robot.nv)
     for k in range(iterations):
         t = min(0.0, t_from + k * step)
-        v = solver.solve(build_hierarchy(levels, evaluator.at(q, v), t)).v
+        v = solver.solve(build_hierarchy(levels, evaluator.at(q, v, t), t)).v
         q = pin.integrate(robot.model, q, v * step)
         if t == 0.0 and np.abs(v).max() < tolerance:
             break

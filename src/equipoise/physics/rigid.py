@@ -25,9 +25,10 @@ class DivergedError(EquipoiseError):
 class RigidContactEngine:
     """Semi-implicit Euler on the KKT system of (8) with Baumgarte terms scaled by the step.
 
-    `J a + dJ/dt v = -(position_gain/h^2) phi - (velocity_gain/h) J v` with the physics step h, so
-    that a drift is taken back within some ten steps whatever the step is. Redundant rows get a
-    proximal term relative to the Delassus matrix.
+    `J a + drift = -(position_gain/h^2) phi - (velocity_gain/h) (J v - nu_c)` with the physics step
+    h and the contacts' drift `dJ/dt v - d nu_c/dt`, so that a violation is taken back within some
+    ten steps whatever the step is. Redundant rows get a proximal term relative to the Delassus
+    matrix.
 
     Args: `robot` is the true robot (payload, scaled masses); `joint_damping` [N m s/rad] acts
     implicitly, so that no value of it is too stiff for the step;
@@ -65,6 +66,7 @@ class RigidContactEngine:
         self._q = np.array(q_start, dtype=float)
         self._v = np.zeros(robot.nv) if v_start is None else np.array(v_start, dtype=float)
         self._ticks = 0
+        self._t = 0.0
         self._control_dt = control_dt
         self._lam = np.zeros(contacts.size)
         self._drift = self._largest_residual()
@@ -83,7 +85,8 @@ class RigidContactEngine:
         force = np.concatenate((np.zeros(6), tau))
         total = np.zeros(self.contacts.size)
         self._drift = 0.0
-        for _ in range(self.substeps):
+        for substep in range(self.substeps):
+            self._t = self._ticks * self._control_dt + substep * self.h
             a, lam = self.accelerations(force)
             self._v = self._v + self.h * a
             self._q = pin.integrate(self.robot.model, self._q, self._v * self.h)
@@ -94,12 +97,13 @@ class RigidContactEngine:
                 )
         self._lam = total / self.substeps
         self._ticks += 1
+        self._t = self._ticks * self._control_dt
         return self.state
 
     def accelerations(self, force: Array) -> tuple[Array, Array]:
         """Solve (8) at the present state for `a` (nv,) and `lam` (r,) under `force` (nv,)."""
         model, data = self.robot.model, self._dynamics
-        kin = self._evaluator.at(self._q, self._v)
+        kin = self._evaluator.at(self._q, self._v, self._t)
         M = pin.crba(model, data, self._q).T  # lower triangle
         M[self._diagonal] += self.h * self._damping
         L, _ = lapack.dpotrf(M, lower=1)
@@ -114,7 +118,7 @@ class RigidContactEngine:
         wanted = (
             -self.contacts.drift(kin)
             - self._position_gain * phi
-            - self._velocity_gain * (J @ self._v)
+            - self._velocity_gain * (J @ self._v - self.contacts.rate(kin))
         )
         half, _ = lapack.dtrtrs(L, J.T, lower=1)
         half_free, _ = lapack.dtrtrs(L, free, lower=1)
@@ -135,5 +139,5 @@ class RigidContactEngine:
     def _largest_residual(self) -> float:
         if not self.contacts.size:
             return 0.0
-        phi = self.contacts.residual(self._evaluator.at(self._q, self._v))
+        phi = self.contacts.residual(self._evaluator.at(self._q, self._v, self._t))
         return float(np.abs(phi).max())

@@ -22,6 +22,11 @@ def read_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
 
     Raises: `NameNotFoundError`, `ScenarioError`.
     """
+    text = _text_of(name_or_path)
+    return parse_scenario(text, overrides, source=Path(name_or_path).name, text_of=_text_of)
+
+
+def _text_of(name_or_path: str) -> str:
     known = named_scenarios()
     path = known.get(name_or_path)
     if path is None:
@@ -31,9 +36,8 @@ def read_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
                 "scenario", name_or_path, known, remedy="A path must end in .yaml."
             )
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(
             f"cannot read the scenario file: {error}", path=str(path), known=known
         ) from None
-    return parse_scenario(text, overrides, source=path.name)

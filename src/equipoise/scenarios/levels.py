@@ -43,13 +43,19 @@ def build_levels(scenario: schema.Scenario, places: Places) -> list[list[Task]]:
     return _by_priority(scenario, contacts, tasks)
 
 
-def build_start_levels(scenario: schema.Scenario, places: Places) -> list[list[Task]]:
+def build_start_levels(
+    scenario: schema.Scenario, places: Places, *, with_avoidance: bool
+) -> list[list[Task]]:
     """Return the levels that lead from half-sitting (t = -APPROACH_TIME) to the start (t = 0).
 
-    Only the soles are in contact, and hands are led to their first target on a smooth way.
+    Only the soles are in contact, and hands are led to their first target on a smooth way. That
+    way may cross an obstacle, which would hold the hands up for ever: it is first followed
+    without avoidance, which then only moves the posture away from what it should not touch.
     """
     tasks = {}
     for name, spec in _enabled(scenario):
+        if isinstance(spec, schema.AvoidanceSpec) and not with_avoidance:
+            continue
         if isinstance(spec, schema.HandOnObjectSpec):
             tasks[name] = _approach(name, spec, scenario, places)
         else:

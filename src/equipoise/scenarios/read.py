@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -11,24 +11,38 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from equipoise.errors import NameNotFoundError, ScenarioError
-from equipoise.scenarios import schema
 from equipoise.scenarios.schema import Scenario
 
 _SIZE_MAX = 1_000_000
 
 
-def parse_scenario(text: str, overrides: Sequence[str] = (), *, source: str = "") -> Scenario:
+def parse_scenario(
+    text: str,
+    overrides: Sequence[str] = (),
+    *,
+    source: str = "",
+    text_of: Callable[[str], str] | None = None,
+) -> Scenario:
     """Return the scenario that `text` describes, with `path=value` overrides applied.
 
+    A file that begins with `extends: NAME` states only what differs from another scenario, whose
+    text `text_of(NAME)` gives.
     Raises: `ScenarioError` naming the line or path, what was given and what is known.
     """
     tree = _load(text, source)
     plain = _plain(tree)
+    base = plain.pop("extends", None)
+    if base is not None:
+        if text_of is None or not isinstance(base, str):
+            raise ScenarioError(
+                "only a scenario read by name or file can extend another", path="extends"
+            )
+        plain = _merged(_plain(_load(text_of(base), base)), plain)
     apply_overrides(plain, overrides)
     try:
         return Scenario.model_validate(plain)
     except ValidationError as error:
-        raise _translate(error, tree) from None
+        raise _translate(error, plain, tree) from None
 
 
 def resolved_text(scenario: Scenario) -> str:
@@ -56,6 +70,16 @@ def apply_overrides(tree: dict[str, Any], overrides: Sequence[str]) -> None:
                 remedy="For example --set control.gains.alpha=10",
             )
         _write(tree, path.strip(), _value(value, path))
+
+
+def _merged(base: Any, changes: Any) -> Any:
+    """Return `base` with `changes` written over it, mapping by mapping."""
+    if not (isinstance(base, dict) and isinstance(changes, dict)):
+        return changes
+    merged = dict(base)
+    for key, value in changes.items():
+        merged[key] = _merged(base.get(key), value)
+    return merged
 
 
 def _load(text: str, source: str) -> Any:
@@ -123,14 +147,15 @@ def _index(items: list[Any], step: str, path: str) -> int:
     return int(step)
 
 
-def _translate(error: ValidationError, tree: Any) -> ScenarioError:
-    """Return our error for the first complaint of pydantic."""
-    first = error.errors(include_url=False)[0]
-    place = [part for part in first["loc"] if not _is_tag(part)]
+def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:
+    """Return our error for one complaint of pydantic; an unknown key explains a missing one."""
+    complaints = error.errors(include_url=False)
+    first = min(complaints, key=lambda c: c["type"] != "extra_forbidden")
+    place = _without_tags(first["loc"], plain)
     path = ".".join(str(part) for part in place)
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "extra_forbidden":
-        known = _known_keys(place[:-1], tree)
+        known = _known_keys(place[:-1], plain)
         hint = NameNotFoundError("key", str(place[-1]), known)
         return ScenarioError(
             f"unknown key {place[-1]!r}",
@@ -149,23 +174,22 @@ def _translate(error: ValidationError, tree: Any) -> ScenarioError:
     return ScenarioError(message, path=path, line=_line(tree, place), given=given)
 
 
-_TAGS = {
-    tag
-    for union in (schema.ContactSpec, schema.TaskSpec)
-    for member in get_args(get_args(union)[0])
-    for tag in get_args(member.model_fields["kind"].annotation)
-}
+def _without_tags(location: tuple[Any, ...], plain: Any) -> list[Any]:
+    """Return the place in the file: pydantic also names the `kind` it chose, which is no key."""
+    place: list[Any] = []
+    node = plain
+    for part in location:
+        if isinstance(node, dict) and part == node.get("kind") and part not in node:
+            continue
+        place.append(part)
+        node = _step(node, part)
+    return place
 
 
-def _is_tag(part: Any) -> bool:
-    """Pydantic puts the tag of a tagged union into the place; it is no key of the file."""
-    return part in _TAGS
-
-
-def _known_keys(place: list[Any], tree: Any) -> list[str]:
+def _known_keys(place: list[Any], plain: Any) -> list[str]:
     """Return the keys that the section at `place` may have."""
     model: Any = Scenario
-    node = tree
+    node = plain
     for part in place:
         node = _step(node, part)
         model = _next_model(model, part, node)

@@ -71,13 +71,22 @@ class Simulation:
         ]
 
     def _starting_posture(self) -> Array:
-        levels = build_start_levels(self.scenario, self.places)
-        must_hold = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
         solver = make_solver(self.scenario.control.solver)
-        q_half_sitting = self.robot.q_half_sitting
-        return solve_posture(
-            self.robot, levels, solver, q_half_sitting, t_from=-APPROACH_TIME, must_hold=must_hold
-        )
+        q, t_from = self.robot.q_half_sitting, -APPROACH_TIME
+        for with_avoidance in (False, True):
+            levels = build_start_levels(self.scenario, self.places, with_avoidance=with_avoidance)
+            must_hold = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
+            q = solve_posture(
+                self.robot,
+                levels,
+                solver,
+                q,
+                t_from=t_from,
+                must_hold=must_hold if with_avoidance else (),
+                tolerance=1e-5 if with_avoidance else 1e-2,
+            )
+            t_from = 0.0
+        return q
 
     def _advice(self) -> GainAdvice:
         gains = self.scenario.control.gains

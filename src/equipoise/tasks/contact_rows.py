@@ -10,7 +10,7 @@ from equipoise.tasks.base import Task
 
 
 class ContactTask(Task):
-    """Rows `J_phi v = -rate * phi`: tangent to the contacts, drift of the reference corrected.
+    """Rows `J_phi v = nu_c - rate * phi`: along the contacts, drift of the reference corrected.
 
     Source: eqs. (13), (16). Differs from the print: instead of projecting the answer of the
     hierarchy afterwards, which can break the inequalities just enforced, the rows are its highest
@@ -38,7 +38,7 @@ class ContactTask(Task):
 
     def rows(self, kin: Kinematics, t: float) -> Rows:
         """Return the equality rows of all contacts."""
-        wanted = -self.rate * self.stack.residual(kin)
+        wanted = self.stack.rate(kin) - self.rate * self.stack.residual(kin)
         J_phi = self.stack.jacobian(kin)
         return Rows(self.name, "m/s, rad/s", self._labels, J_phi, wanted, wanted)
 

@@ -1,0 +1,167 @@
+"""The curves beside the picture: what each shows, and how it comes from what was logged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from equipoise.analysis.limbs import limbs_of
+from equipoise.runlog import Run
+from equipoise.scenarios.places import Places
+from equipoise.spatial import Array
+
+Compute = Callable[[Mapping[str, Array]], Array]
+MOST_CURVES = 6
+LEAST_SLACK = 1e-16  # what a logarithmic axis shows for nothing
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A scalar over time: `compute` maps arrays (n, k) by channel to values (n,)."""
+
+    label: str
+    compute: Compute
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Curves with one unit; of `many` curves those are shown that come nearest to zero."""
+
+    title: str
+    unit: str
+    curves: tuple[Curve, ...]
+    logarithmic: bool = False
+    many: bool = False
+
+
+def plots_of(run: Run, places: Places) -> dict[str, Plot]:
+    """Return every plot that the run has channels for, by title."""
+    makers = (_posture, _hands, _forces, _torques, _distances, _slack, _energy, _sliding, _balance)
+    plots = [plot for make in makers if (plot := make(run, places)) is not None]
+    plots += _joints(run, places)
+    return {plot.title: plot for plot in plots}
+
+
+def _column(channel: str, index: int, scale: float = 1.0) -> Compute:
+    return lambda arrays: scale * arrays[channel][:, index]
+
+
+def _length(channel: str, part: slice, scale: float) -> Compute:
+    return lambda arrays: scale * np.linalg.norm(arrays[channel][:, part], axis=1)
+
+
+def _largest(channel: str, columns: list[int], scale: float | Array) -> Compute:
+    return lambda arrays: (np.abs(arrays[channel][:, columns]) * scale).max(axis=1)
+
+
+def _posture(run: Run, places: Places) -> Plot | None:
+    if "dq" not in run.channels:
+        return None
+    curves = [
+        Curve(limb.title, _largest("dq", [6 + i for i in limb.joints], 1e3))
+        for limb in limbs_of(places.robot, places.robot.joint_names)
+    ]
+    return Plot("Posture error", "mrad", tuple(curves[:MOST_CURVES]))
+
+
+def _hands(run: Run, places: Places) -> Plot | None:
+    names = [name for name in run.channels if name.startswith("error/")]
+    curves = [
+        Curve(name.removeprefix("error/"), _length(name, slice(0, 3), 1e3))
+        for name in names[-MOST_CURVES:]
+    ]
+    return Plot("Task errors (position)", "mm", tuple(curves)) if curves else None
+
+
+def _forces(run: Run, places: Places) -> Plot | None:
+    curves = []
+    for contact in places.contacts.contacts:
+        name = contact.name
+        if f"lam/{name}" not in run.channels:
+            continue
+        labels = run.channels[f"lam/{name}"].labels
+        if f"lam_ref/{name}" in run.channels:
+            for i, row in enumerate(run.channels[f"lam_ref/{name}"].labels):
+                curves.append(Curve(f"{name} {row}", _column(f"lam/{name}", labels.index(row))))
+                curves.append(Curve(f"{name} {row} wanted", _column(f"lam_ref/{name}", i)))
+        elif "fz" in labels:
+            curves.append(Curve(f"{name} fz", _column(f"lam/{name}", labels.index("fz"))))
+    return Plot("Contact forces", "N", tuple(curves[:MOST_CURVES])) if curves else None
+
+
+def _torques(run: Run, places: Places) -> Plot | None:
+    if "tau" not in run.channels:
+        return None
+    robot = places.robot
+    curves = [
+        Curve(limb.title, _largest("tau", list(limb.joints), 100.0 / robot.tau_max[[*limb.joints]]))
+        for limb in limbs_of(robot, robot.joint_names)
+    ]
+    return Plot("Torques", "% of the limit", tuple(curves[:MOST_CURVES]))
+
+
+def _distances(run: Run, places: Places) -> Plot | None:
+    if "distance" not in run.channels:
+        return None
+    labels = run.channels["distance"].labels
+    curves = [Curve(label, _column("distance", i, 1e3)) for i, label in enumerate(labels)]
+    return Plot("Distances", "mm", tuple(curves), many=True) if curves else None
+
+
+def _slack(run: Run, places: Places) -> Plot | None:
+    if "slack" not in run.channels:
+        return None
+
+    def of_level(i: int) -> Compute:
+        return lambda arrays: np.maximum(arrays["slack"][:, i], LEAST_SLACK)
+
+    labels = run.channels["slack"].labels
+    curves = [Curve(label, of_level(i)) for i, label in enumerate(labels)]
+    return Plot("Slack of the levels", "", tuple(curves), logarithmic=True)
+
+
+def _energy(run: Run, places: Places) -> Plot | None:
+    names = [name for name in run.channels if name in ("V", "energy", "storage")]
+    curves = [
+        Curve(f"{name} {label}", _column(name, i))
+        for name in names
+        for i, label in enumerate(run.channels[name].labels)
+    ]
+    return Plot("Storage function V", "J", tuple(curves[:MOST_CURVES])) if curves else None
+
+
+def _sliding(run: Run, places: Places) -> Plot | None:
+    if "s" not in run.channels:
+        return None
+    size = run.channels["s"].size
+    curves = (
+        Curve("largest joint", _largest("s", list(range(6, size)), 1.0)),
+        Curve("base, turning", _largest("s", [3, 4, 5], 1.0)),
+    )
+    return Plot("Extended error s", "rad/s", curves)
+
+
+def _balance(run: Run, places: Places) -> Plot | None:
+    if "com_margin" not in run.channels:
+        return None
+    curves = [Curve("CoM to the edge", _column("com_margin", 0, 1e3))]
+    for name, channel in run.channels.items():
+        if name.startswith("margin/") and "pressure" in channel.labels:
+            label = f"CoP in {name.removeprefix('margin/')}"
+            curves.append(Curve(label, _column(name, channel.labels.index("pressure"), 1e3)))
+    return Plot("Balance: room to the edge", "mm", tuple(curves[:MOST_CURVES]))
+
+
+def _joints(run: Run, places: Places) -> list[Plot]:
+    if "q" not in run.channels or "q_ref" not in run.channels:
+        return []
+    return [
+        Plot(
+            f"Joint {name}",
+            "rad",
+            (Curve("measured", _column("q", 7 + i)), Curve("reference", _column("q_ref", 7 + i))),
+        )
+        for i, name in enumerate(places.robot.joint_names)
+    ]

@@ -1,0 +1,129 @@
+"""The picture of a moment: robot, ghost, world and layers, with a switch for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.scenarios import schema
+from equipoise.scenarios.levels import build_levels
+from equipoise.scenarios.places import Places
+from equipoise.spatial import Array
+from equipoise.tasks import AvoidanceTask
+from equipoise.viewer.drawing import (
+    GHOST_OPACITY,
+    GHOST_RGB,
+    Drawing,
+    robot_parts,
+    world_parts,
+)
+from equipoise.viewer.hierarchy_panel import HierarchyPanel
+from equipoise.viewer.layers import BalanceLayer, DistanceLayer, ForceLayer
+from equipoise.viewer.showing import Moment, Showable
+from equipoise.viewer.trail import TrailLayer
+from equipoise.world import Pair
+
+ROBOT_OPACITY = 0.85
+
+
+class Display:
+    """Shows moments of a scenario in a viser server; `server` may be seen by several pages."""
+
+    def __init__(
+        self, server: viser.ViserServer, scenario: schema.Scenario, places: Places
+    ) -> None:
+        self.server, self.places = server, places
+        self.levels = build_levels(scenario, places)
+        self._evaluator = KinematicsEvaluator(places.robot)
+        self._ghost_data = places.robot.model.createData()
+        _set_stage(server)
+        robot = robot_parts(places.scene)
+        self._robot = Drawing(server.scene, "/robot", robot, opacity=ROBOT_OPACITY)
+        self._ghost = Drawing(
+            server.scene, "/ghost", robot, colour=GHOST_RGB, opacity=GHOST_OPACITY
+        )
+        self._world = Drawing(server.scene, "/world", world_parts(places.scene))
+        self.trails = TrailLayer(server.scene, places)
+        self.layers = (
+            ForceLayer(server.scene, places),
+            BalanceLayer(server.scene, places),
+            DistanceLayer(server.scene, places, _pairs(scenario, places, self.levels)),
+            self.trails,
+        )
+
+    def add_switches(self) -> None:
+        """Add a check box a layer, and what the colours and lengths mean."""
+        gui = self.server.gui
+        things: dict[str, Showable] = {
+            "Robot": self._robot,
+            "Reference (ghost)": self._ghost,
+            "World": self._world,
+            **{layer.title: layer for layer in self.layers},
+        }
+        for title, thing in things.items():
+            box = gui.add_checkbox(title, initial_value=True)
+            box.on_update(lambda event, thing=thing: thing.set_visible(event.target.value))
+        solidity = gui.add_slider(
+            "Robot solidity", min=0.1, max=1.0, step=0.05, initial_value=ROBOT_OPACITY
+        )
+        solidity.on_update(lambda event: self._robot.set_opacity(event.target.value))
+        gui.add_markdown(
+            "*Red arrows: force on the robot, 1 m is 1000 N at a sole and 100 N at a hand; "
+            "orange: wanted. Black: centre of mass, red dot: centre of pressure.*"
+        )
+
+    def add_hierarchy(self) -> None:
+        """Add the table of levels and tasks."""
+        self._hierarchy = HierarchyPanel(self.server.gui, self.levels)
+
+    def moment(self, t: float, values: Mapping[str, Array]) -> Moment | None:
+        """Return the moment of logged `values`; None if the state in them is not finite."""
+        q, v = values["q"], values["v"]
+        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+            return None
+        return Moment(t, values, self._evaluator.at(q, v, t))
+
+    def show(self, moment: Moment) -> None:
+        """Draw everything of a moment but the table."""
+        with self.server.atomic():
+            placements = moment.kin.pin_data.oMi
+            self._robot.place(placements)
+            self._world.place(placements)
+            for layer in self.layers:
+                layer.show(moment)
+            q_ref = moment.values.get("q_ref")
+            if q_ref is not None and np.isfinite(q_ref).all():
+                pin.forwardKinematics(self.places.robot.model, self._ghost_data, q_ref)
+                self._ghost.place(self._ghost_data.oMi)
+
+    def show_hierarchy(self, moment: Moment) -> None:
+        """Write the table of a moment."""
+        self._hierarchy.show(moment)
+
+
+def _set_stage(server: viser.ViserServer) -> None:
+    """Set the floor, the light and where the camera begins."""
+    server.scene.add_grid(
+        "/floor", width=4.0, height=4.0, cell_size=0.1, section_size=0.5, plane="xy"
+    )
+    server.scene.configure_default_lights(cast_shadow=False)
+    server.initial_camera.position = (2.3, -1.7, 1.5)
+    server.initial_camera.look_at = (0.2, 0.0, 0.75)
+
+
+def _pairs(scenario: schema.Scenario, places: Places, levels: list) -> list[Pair]:
+    pairs = {
+        p.name: p
+        for level in levels
+        for t in level
+        if isinstance(t, AvoidanceTask)
+        for p in t.pairs
+    }
+    for first, second in scenario.monitor:
+        pair = places.scene.pair(first, second)
+        pairs.setdefault(pair.name, pair)
+    return list(pairs.values())

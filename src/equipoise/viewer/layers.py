@@ -1,0 +1,188 @@
+"""The layers over the robot: contact forces, balance, closest distances."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from equipoise.contacts import GraspContact, SoleContact
+from equipoise.scenarios.places import Places
+from equipoise.spatial import Array
+from equipoise.viewer.showing import Layer, Moment
+from equipoise.world import DistanceEvaluator, Pair
+
+MEASURED, WANTED = (214, 40, 40), (255, 170, 0)
+COM, PRESSURE, POLYGON = (30, 30, 30), (214, 40, 40), (0, 140, 90)
+NEAR, FAR = np.array([214, 40, 40]), np.array([60, 160, 60])
+LIFT = 0.003  # [m] over the floor, so that lines on it are not swallowed
+BESIDE = 0.025  # [m] between an arrow and its wanted one
+NEAREST_PAIRS = 5
+
+
+class ForceLayer(Layer):
+    """Contact forces on the robot as arrows to scale, wanted ones beside them where they exist.
+
+    `support_scale` and `hand_scale` are metres a newton.
+    """
+
+    title = "Contact forces"
+
+    def __init__(self, scene: viser.SceneApi, places: Places) -> None:
+        self._places = places
+        self.support_scale, self.hand_scale = 1e-3, 1e-2
+        self._measured = _arrows(scene, "/forces/measured", MEASURED)
+        self._wanted = _arrows(scene, "/forces/wanted", WANTED)
+
+    def set_visible(self, visible: bool) -> None:
+        self._measured.visible = self._wanted.visible = visible
+
+    def show(self, moment: Moment) -> None:
+        measured, wanted = [], []
+        for contact in self._places.contacts.contacts:
+            lam = moment.values.get(f"lam/{contact.name}")
+            if lam is None:
+                continue
+            if isinstance(contact, SoleContact):
+                measured += _sole_arrow(contact, lam, self.support_scale)
+            elif isinstance(contact, GraspContact):
+                measured += _grasp_arrows(contact, moment, lam[:3], self.hand_scale, 0.0)
+                target = _wanted_force(contact, moment)
+                if target is not None:
+                    wanted += _grasp_arrows(contact, moment, target, self.hand_scale, BESIDE)
+        _draw(self._measured, measured)
+        _draw(self._wanted, wanted)
+
+
+class BalanceLayer(Layer):
+    """Support polygon, centre of mass with its projection, and centre of pressure."""
+
+    title = "Balance (polygon, CoM, CoP)"
+
+    def __init__(self, scene: viser.SceneApi, places: Places) -> None:
+        self._places = places
+        corners = places.polygon.vertices
+        floor = np.column_stack([corners, np.full(len(corners), LIFT)])
+        edges = np.stack([floor, np.roll(floor, -1, axis=0)], axis=1)
+        self._nodes = [
+            scene.add_line_segments("/balance/polygon", edges, POLYGON, thickness=0.006),
+            _ball(scene, "/balance/com", 0.03, COM),
+            _ball(scene, "/balance/com_on_floor", 0.014, COM),
+            _ball(scene, "/balance/cop", 0.014, PRESSURE),
+        ]
+        self._plumb = scene.add_line_segments(
+            "/balance/plumb", np.zeros((1, 2, 3)), COM, thickness=0.003
+        )
+
+    def set_visible(self, visible: bool) -> None:
+        for node in (*self._nodes, self._plumb):
+            node.visible = visible
+
+    def show(self, moment: Moment) -> None:
+        com = moment.kin.p_world_com
+        foot = np.array([com[0], com[1], LIFT])
+        self._nodes[1].position, self._nodes[2].position = com, foot
+        self._plumb.points = np.array([[com, foot]], dtype=np.float32)
+        pressure = centre_of_pressure(self._places, moment)
+        if pressure is not None:
+            self._nodes[3].position = pressure + np.array([0.0, 0.0, LIFT])
+
+
+class DistanceLayer(Layer):
+    """The closest monitored pairs as lines between their nearest points, red when near."""
+
+    title = "Closest distances"
+
+    def __init__(self, scene: viser.SceneApi, places: Places, pairs: list[Pair]) -> None:
+        self._distances = DistanceEvaluator(places.scene, pairs)
+        self._lines = scene.add_line_segments(
+            "/distances", np.zeros((0, 2, 3)), np.zeros((0, 2, 3)), thickness=0.005
+        )
+        self._visible = True
+
+    def set_visible(self, visible: bool) -> None:
+        self._visible = self._lines.visible = visible
+
+    def show(self, moment: Moment) -> None:
+        if not self._visible or not self._distances.pairs:
+            return
+        distances = self._distances.at(moment.kin)
+        nearest = np.argsort(distances)[:NEAREST_PAIRS]
+        found = [self._distances.witness(int(i)) for i in nearest]
+        near = np.clip(distances[nearest] / 0.1, 0.0, 1.0)[:, None]
+        colours = ((1.0 - near) * NEAR + near * FAR).astype(np.uint8)
+        points = [[w.p_world_first, w.p_world_second] for w in found]
+        self._lines.colors = np.repeat(colours[:, None], 2, axis=1)
+        self._lines.points = np.array(points, dtype=np.float32)
+
+
+def centre_of_pressure(places: Places, moment: Moment) -> Array | None:
+    """Return the centre of pressure of all soles (3,) [m], world axes; None without a load.
+
+    It is the mean of the soles' own centres, weighted by their normal forces.
+    """
+    total, weighted = 0.0, np.zeros(3)
+    for contact in places.soles.contacts:
+        lam = moment.values.get(f"lam/{contact.name}")
+        if lam is not None and lam[2] > 0.0:
+            total += lam[2]
+            weighted += lam[2] * contact.T_world_anchor.act(_pressure_in_sole(lam))
+    return weighted / total if total > 0.0 else None
+
+
+def _pressure_in_sole(lam: Array) -> Array:
+    return np.array([-lam[4] / lam[2], lam[3] / lam[2], 0.0])
+
+
+def _sole_arrow(contact: SoleContact, lam: Array, scale: float) -> list[Array]:
+    if not lam[2] > 0.0:
+        return []
+    T = contact.T_world_anchor
+    foot = T.act(_pressure_in_sole(lam))
+    return [np.array([foot, foot + scale * (T.rotation @ lam[:3])])]
+
+
+def _grasp_arrows(
+    contact: GraspContact, moment: Moment, force: Array, scale: float, beside: float
+) -> list[Array]:
+    """Return the arrows of the force on b and of its opposite on a, shifted up by `beside`."""
+    T_a: pin.SE3 = moment.kin.placement(contact.frame_a)
+    T_b: pin.SE3 = moment.kin.placement(contact.frame_b)
+    way = scale * (T_a.rotation @ force)
+    shift = np.array([0.0, 0.0, beside])
+    on_b, on_a = T_b.translation + shift, T_a.translation + shift
+    return [np.array([on_b, on_b + way]), np.array([on_a, on_a - way])]
+
+
+def _wanted_force(contact: GraspContact, moment: Moment) -> Array | None:
+    target = moment.values.get(f"lam_ref/{contact.name}")
+    if target is None:
+        return None
+    force = np.zeros(3)
+    for label, value in zip(contact.regulated, target, strict=True):
+        row = contact.labels.index(label)
+        if row < 3:
+            force[row] = value
+    return force
+
+
+def _arrows(scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> viser.ArrowsHandle:
+    return scene.add_arrows(
+        name,
+        np.zeros((1, 2, 3)),
+        colour,
+        shaft_radius=0.008,
+        head_radius=0.02,
+        head_length=0.045,
+        visible=True,
+    )
+
+
+def _draw(handle: viser.ArrowsHandle, arrows: list[Array]) -> None:
+    handle.points = np.array(arrows or np.zeros((0, 2, 3)), dtype=np.float32)
+
+
+def _ball(
+    scene: viser.SceneApi, name: str, radius: float, colour: tuple[int, int, int]
+) -> viser.IcosphereHandle:
+    return scene.add_icosphere(name, radius, colour, cast_shadow=False)

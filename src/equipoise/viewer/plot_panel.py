@@ -1,0 +1,145 @@
+"""Plots beside the picture, each with a line at the present time."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import viser
+from viser import uplot
+
+from equipoise.spatial import Array
+from equipoise.viewer.curves import MOST_CURVES, Plot
+from equipoise.viewer.envelope import Envelope
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+NOW = "#222222"
+FIRST_SHOWN = ("Posture error", "Contact forces", "Distances", "Slack of the levels")
+HEIGHT = 165
+
+
+class PlotPanel:
+    """Slots that each show one of `plots`, chosen by the person who looks."""
+
+    def __init__(self, gui: viser.GuiApi, plots: Mapping[str, Plot], envelope: Envelope) -> None:
+        self._plots, self._envelope = plots, envelope
+        self._first = _first_indices(plots)
+        shown = [title for title in FIRST_SHOWN if title in plots]
+        self.slots = [Slot(gui, plots, title, self._curves_of) for title in shown]
+
+    def refresh(self) -> None:
+        """Take what the envelope has gathered since."""
+        for slot in self.slots:
+            slot.refresh()
+
+    def show(self, t: float) -> None:
+        """Move the line to time `t` [s]."""
+        for slot in self.slots:
+            slot.show(t)
+
+    def _curves_of(self, title: str) -> tuple[list[str], Array, Array]:
+        plot, start = self._plots[title], self._first[title]
+        indices = list(range(start, start + len(plot.curves)))
+        if plot.many:
+            indices = self._envelope.lowest(indices, MOST_CURVES)
+        t, values = self._envelope.of(indices)
+        return [plot.curves[i - start].label for i in indices], t, values
+
+
+CurvesOf = Callable[[str], tuple[list[str], Array, Array]]
+
+
+class Slot:
+    """One plot and the list it is chosen from."""
+
+    def __init__(
+        self, gui: viser.GuiApi, plots: Mapping[str, Plot], title: str, curves_of: CurvesOf
+    ) -> None:
+        self._gui, self._plots, self._curves_of = gui, plots, curves_of
+        self._folder = gui.add_folder(None)
+        with self._folder:
+            self._choice = gui.add_dropdown("Plot", tuple(plots), initial_value=title)
+        self._choice.on_update(lambda _: self.refresh())
+        self._now = 0.0
+        self._labels: list[str] = []
+        self._t, self._values = np.zeros(0), np.zeros((0, 0))
+        self._chart: viser.GuiUplotHandle | None = None
+        self._charted = ""
+        self._lock = threading.RLock()
+
+    def refresh(self) -> None:
+        """Draw the chosen plot anew from its curves."""
+        with self._lock:
+            title = self._choice.value
+            labels, self._t, self._values = self._curves_of(title)
+            if (title, labels) != (self._charted, self._labels) and self._chart is not None:
+                self._chart.remove()
+                self._chart = None
+            self._charted, self._labels = title, labels
+            self.show(self._now)
+
+    def show(self, t: float) -> None:
+        """Move the line to time `t` [s]."""
+        with self._lock:
+            self._now = t
+            if not len(self._t):
+                return
+            times, values, line = with_line(self._t, self._values, t)
+            columns = (times, *np.ascontiguousarray(values.T), line)
+            if self._chart is None:
+                self._chart = self._new_chart(columns)
+            else:
+                self._chart.data = columns
+
+    def _new_chart(self, columns: tuple[Array, ...]) -> viser.GuiUplotHandle:
+        plot = self._plots[self._charted]
+        scales = {"x": uplot.Scale(time=False)}
+        if plot.logarithmic:
+            scales["y"] = uplot.Scale(distr=3)
+        unit = f" [{plot.unit}]" if plot.unit else ""
+        with self._folder:
+            return self._gui.add_uplot(
+                columns,
+                _series(self._labels),
+                title=plot.title + unit,
+                scales=scales,
+                height=HEIGHT,
+            )
+
+
+def with_line(t: Array, values: Array, now: float) -> tuple[Array, Array, Array]:
+    """Insert two moments at `now`, so that a vertical line can stand there.
+
+    Returns times (n + 2,), values (n + 2, k) interpolated there, and the line (n + 2,), NaN
+    elsewhere, from the least to the largest value.
+    """
+    if not len(t):
+        return t, values, np.zeros(0)
+    at = int(np.searchsorted(t, now))
+    beside = values[min(at, len(t) - 1)]
+    if 0 < at < len(t):
+        share = (now - t[at - 1]) / (t[at] - t[at - 1])
+        beside = (1.0 - share) * values[at - 1] + share * values[at]
+    rows = np.vstack([values[:at], beside, beside, values[at:]])
+    line = np.full(len(t) + 2, np.nan)
+    known = values[np.isfinite(values)]
+    if known.size:
+        line[at], line[at + 1] = known.min(), known.max()
+    return np.insert(t, at, [now, now]), rows, line
+
+
+def _first_indices(plots: Mapping[str, Plot]) -> dict[str, int]:
+    first, count = {}, 0
+    for title, plot in plots.items():
+        first[title] = count
+        count += len(plot.curves)
+    return first
+
+
+def _series(labels: Sequence[str]) -> tuple[uplot.Series, ...]:
+    curves = [
+        uplot.Series(label=label, stroke=COLOURS[i % len(COLOURS)], width=1.5)
+        for i, label in enumerate(labels)
+    ]
+    return (uplot.Series(label="t [s]"), *curves, uplot.Series(label="now", stroke=NOW, width=1))

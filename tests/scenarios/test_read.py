@@ -1,0 +1,155 @@
+"""Reading scenarios: what is wrong is named with line, path and what is known."""
+
+from __future__ import annotations
+
+import pytest
+
+from equipoise.errors import NameNotFoundError, ScenarioError
+from equipoise.scenarios import (
+    named_scenarios,
+    parse_scenario,
+    read_scenario,
+    resolved_text,
+)
+from equipoise.scenarios.places import build_places
+from equipoise.scenarios.simulation import true_robot
+
+TEXT = named_scenarios()["tray"].read_text(encoding="utf-8")
+
+
+def complaint(text: str = TEXT, *overrides: str) -> ScenarioError:
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(text, overrides)
+    return caught.value
+
+
+@pytest.mark.parametrize("name", sorted(named_scenarios()))
+def test_resolved_text_parses_back_to_itself(name):
+    scenario = read_scenario(name)
+    text = resolved_text(scenario)
+    assert parse_scenario(text) == scenario
+    assert resolved_text(parse_scenario(text)) == text
+
+
+def test_overrides_reach_every_depth():
+    scenario = parse_scenario(
+        TEXT,
+        (
+            "control.gains.alpha=7",
+            "tasks.obstacles.enabled=false",
+            "world.objects.tray.waypoints.0.xyz=[0.5, 0, 0.7]",
+            "disturbances.payloads=[{mass: 5.0, object: tray}]",
+        ),
+    )
+    assert scenario.control.gains.alpha == 7.0
+    assert scenario.tasks["obstacles"].enabled is False
+    assert scenario.world.objects["tray"].waypoints[0].xyz == [0.5, 0, 0.7]
+    assert scenario.disturbances.payloads[0].mass == 5.0
+
+
+@pytest.mark.parametrize(
+    ("override", "path", "message"),
+    [
+        ("durration=3", "durration", "Did you mean 'duration'"),
+        ("control.gains.alhpa=3", "control.gains.alhpa", "Did you mean 'alpha'"),
+        ("tasks.obstacles.influense=1", "tasks.obstacles.influense", "'influence'"),
+        ("contacts.grasp.hand=[a, b]", "contacts.grasp.hand", "'hands'"),
+        ("duration=.nan", "duration", "finite"),
+        ("duration=-1", "duration", "greater than 0"),
+        ("duration=soon", "duration", "number"),
+        ("control.gains.alpha=.inf", "control.gains.alpha", "finite"),
+        ("tasks.look.priority=true", "tasks.look.priority", "integer"),
+        ("tasks.look.kind=stare", "tasks.look", "stare"),
+        ("world.objects.tray.waypoints.1.t=0.1", "world.objects.tray", "in the past"),
+        ("world.objects.tray.waypoints.0.t=-0.1", "world.objects.tray.waypoints.0.t", "greater"),
+        ("tasks.obstacles.security=0.5", "tasks.obstacles", "security must be less"),
+        ("acceptance.limits.clearance={}", "acceptance.limits.clearance", "give max or min"),
+        ("disturbances.payloads=[{mass: 1.0}]", "disturbances.payloads.0", "exactly one of"),
+    ],
+)
+def test_wrong_values_are_named(override, path, message):
+    error = complaint(TEXT, override)
+    assert error.path == path
+    assert message in str(error)
+
+
+def test_an_unknown_key_tells_its_line_and_the_known_ones():
+    error = complaint(TEXT.replace("duration: 6.2", "durration: 6.2"))
+    assert error.line == 1 + TEXT[: TEXT.index("duration")].count("\n")
+    assert "duration" in error.known
+
+
+def test_a_missing_key_is_named():
+    assert "'duration' is missing" in str(complaint(TEXT.replace("duration: 6.2", "")))
+
+
+def test_duplicate_keys_are_refused_with_their_line():
+    error = complaint(TEXT + "\nname: again\n")
+    assert "duplicate key" in str(error)
+    assert error.line is not None
+
+
+@pytest.mark.parametrize("text", ["", "- a\n- b\n", "a: [1, 2", "\tname: x", "x" * 1_000_001])
+def test_what_is_no_scenario_is_refused(text):
+    complaint(text)
+
+
+@pytest.mark.parametrize("override", ["duration", "=3", "duration.x=3", "tasks.look.offset.9=1"])
+def test_malformed_overrides_are_refused(override):
+    complaint(TEXT, override)
+
+
+@pytest.mark.parametrize(
+    ("override", "path", "message"),
+    [
+        ("contacts.left_sole.sole=left_soul", "contacts.left_sole.sole", "'left_sole'"),
+        ("contacts.grasp.hands=[left_palm, left_plam]", "contacts.grasp.hands", "left_palm"),
+        ("contacts.grasp.regulated={fq: {times: [0], values: [1]}}", "contacts.grasp.reg", "fz"),
+        ("robot=hpr2", "", "hrp2"),
+    ],
+)
+def test_names_that_do_not_exist_are_refused_when_built(override, path, message):
+    scenario = parse_scenario(TEXT, (override,))
+    with pytest.raises((ScenarioError, NameNotFoundError), match=message) as caught:
+        build_places(scenario)
+    assert str(caught.value).startswith(path)
+
+
+@pytest.mark.parametrize(
+    ("override", "path"),
+    [
+        ("tasks.left_foot.frame=left_soul", "tasks.left_foot.frame"),
+        ("tasks.left_hand.hand=left_hand", "tasks.left_hand.hand"),
+        ("tasks.look.object=trai", "tasks.look.object"),
+        ("tasks.obstacles.pairs.0=[tray, dask]", "tasks.obstacles.pairs.0"),
+        ("tasks.posture.joints={LARM_JOINT9: 0.1}", "tasks.posture.joints.LARM_JOINT9"),
+    ],
+)
+def test_wrong_names_in_tasks_carry_their_path(override, path):
+    from equipoise.scenarios.levels import build_levels
+
+    scenario = parse_scenario(TEXT, (override,))
+    with pytest.raises(ScenarioError) as caught:
+        build_levels(scenario, build_places(scenario))
+    assert caught.value.path == path
+
+
+def test_unknown_scenario_suggests():
+    with pytest.raises(NameNotFoundError, match="tray"):
+        read_scenario("trya")
+
+
+def test_missing_file_is_an_error_of_ours(tmp_path):
+    with pytest.raises(ScenarioError, match="cannot read"):
+        read_scenario(str(tmp_path / "none.yaml"))
+
+
+def test_disturbances_change_the_true_robot_only():
+    scenario = parse_scenario(
+        TEXT,
+        ("disturbances.mass_scale=1.3", "disturbances.payloads=[{mass: 5.0, object: tray}]"),
+    )
+    places = build_places(scenario)
+    nominal = places.robot.mass
+    assert true_robot(scenario, places).mass == pytest.approx(1.3 * nominal + 5.0)
+    assert places.robot.mass == nominal

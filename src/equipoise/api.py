@@ -15,6 +15,7 @@ from equipoise.runlog import Run, load_run, new_run_folder, write_summary
 from equipoise.scenarios import Scenario, read_scenario
 from equipoise.scenarios.loop import Ending, RunOutcome, run_simulation
 from equipoise.scenarios.simulation import Simulation
+from equipoise.scenarios.steering import Steering
 
 Report = Callable[[str, float], None]
 
@@ -26,11 +27,13 @@ def run_scenario(
     overrides: Sequence[str] = (),
     figures: bool = True,
     report: Report | None = None,
+    steer: Callable[[Simulation, Path], Steering] | None = None,
 ) -> Run:
     """Run a scenario (a name, a YAML path or an object) and return its loaded log.
 
     `out` is the run's folder; by default a new one under `runs/`. `report(stage, share)` is told
-    how far it is, share in [0, 1]. The folder then holds `run.mcap`, `scenario.yaml`,
+    how far it is, share in [0, 1]. `steer(simulation, folder)` returns who may change things
+    while it runs (the live viewer). The folder then holds `run.mcap`, `scenario.yaml`,
     `summary.json` and, unless switched off, `figures/`.
     Raises: `InputError` (a wrong scenario), `RunLogError` (the folder cannot be written).
     """
@@ -42,6 +45,8 @@ def run_scenario(
         raise InputError("the folder already holds a run", given=str(out), remedy="Give a new one")
     simulation = Simulation(spec)
     folder = Path(out) if out is not None else new_run_folder(Path("runs"), spec.name)
+    if steer is not None:
+        simulation.steer(steer(simulation, folder))
     outcome = run_simulation(simulation, folder, lambda t: say("simulating", t / spec.duration))
     say("measuring", 0.0)
     run = load_run(folder)
@@ -66,6 +71,7 @@ def summarise(run: Run, simulation: Simulation, outcome: RunOutcome) -> dict[str
         "note": outcome.note or outcome.ending.value,
         "passed": outcome.ending is Ending.COMPLETED and passed(rows),
         "simulated_s": outcome.t_end,
+        "changes": list(outcome.changes),
         "metrics": rows,
         "gains": list(simulation.advice.sentences()),
         "timing": {**asdict(outcome), "ending": outcome.ending.name, "cpu": platform.machine()},

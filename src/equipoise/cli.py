@@ -28,7 +28,18 @@ def cli() -> None:
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the run (must be new).")
 @click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change one value.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
-def run(scenario: str, out: Path | None, overrides: tuple[str, ...], no_figures: bool) -> None:
+@click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")
+@click.option("--port", type=click.IntRange(0, 65535), help="Port of the page [first free: 8080].")
+@click.option("--host", default="127.0.0.1", help="Address to listen on [this machine only].")
+def run(
+    scenario: str,
+    out: Path | None,
+    overrides: tuple[str, ...],
+    no_figures: bool,
+    watched: bool,
+    port: int | None,
+    host: str,
+) -> None:
     """Run SCENARIO (a name or a YAML file), log it, and say what was achieved.
 
     Example: equipoise run tray --set disturbances.mass_scale=1.3
@@ -36,16 +47,28 @@ def run(scenario: str, out: Path | None, overrides: tuple[str, ...], no_figures:
     from equipoise.api import run_scenario
     from equipoise.console import Progress, print_summary
 
+    watch = None
+    if watched:
+        from equipoise.viewer.commands import Watch
+
+        watch = Watch(host, port, click.echo)
     try:
         with Progress() as progress:
             finished = run_scenario(
-                scenario, out=out, overrides=overrides, figures=not no_figures, report=progress
+                scenario,
+                out=out,
+                overrides=overrides,
+                figures=not no_figures,
+                report=progress,
+                steer=watch.steer if watch is not None else None,
             )
     except RunLogError as error:
         click.echo(f"equipoise: {error}", err=True)
         sys.exit(NOT_PASSED)
     summary = finished.summary or {}
     print_summary(summary, finished.folder)
+    if watch is not None:
+        watch.finish(finished.folder)
     if summary.get("ended") == "interrupted":
         sys.exit(INTERRUPTED)
     sys.exit(PASSED if summary.get("passed") else NOT_PASSED)
@@ -121,6 +144,43 @@ def check(urdf: Path) -> None:
     warnings = len(findings) - errors
     click.echo(f"{urdf}: {errors} errors, {warnings} warnings")
     sys.exit(WRONG_INPUT if errors else PASSED)
+
+
+@cli.command()
+@click.argument("run_folder", metavar="[RUN]", required=False, type=click.Path(path_type=Path))
+@click.option("--robot", metavar="URDF", help="Show a robot (a name or a file) instead of a run.")
+@click.option("--port", type=click.IntRange(0, 65535), help="Port of the page [first free: 8080].")
+@click.option("--host", default="127.0.0.1", help="Address to listen on [this machine only].")
+@click.option("--no-browser", is_flag=True, help="Open no browser.")
+def view(
+    run_folder: Path | None, robot: str | None, port: int | None, host: str, no_browser: bool
+) -> None:
+    """Show RUN (or the last one under runs/) in the browser: picture, time line, plots.
+
+    Example: equipoise view runs/latest --port 9000
+    """
+    if robot is not None and run_folder is not None:
+        raise InputError("a run and a robot cannot be shown at once", given=str(run_folder))
+    from equipoise.viewer.commands import view_robot, view_run
+
+    if robot is not None:
+        view_robot(robot, host, port, click.echo, browse=not no_browser)
+    else:
+        view_run(run_folder, host, port, click.echo, browse=not no_browser)
+
+
+@cli.command()
+@click.argument(
+    "run_folders", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+@click.option(
+    "--to", type=click.Path(path_type=Path), default=Path("report.html"), show_default=True
+)
+def report(run_folders: tuple[Path, ...], to: Path) -> None:
+    """Write one HTML file about one or several RUNs, side by side, that needs no network."""
+    from equipoise.analysis.report import make_report
+
+    click.echo(make_report(run_folders, to))
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""What surrounds the robot: boxes fixed in the world and objects held in a hand, and distances.
+"""What surrounds the robot: bodies fixed in the world and objects held in a hand.
 
 `Scene` joins them with the robot's collision shapes in one Coal geometry model.
 """
@@ -7,23 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 
 import coal
 import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import InputError, NameNotFoundError
-from equipoise.kinematics import Kinematics
 from equipoise.robots import Robot
-from equipoise.spatial import Array
-
-_MIN_DISTANCE = attrgetter("min_distance")
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A box or an upright cylinder: `size` is (x, y, z) or (diameter, diameter, height) [m]."""
+    """A box, an upright cylinder or a sphere; `size` [m] is that of the box around it."""
 
     kind: str
     size: tuple[float, float, float]
@@ -34,6 +29,8 @@ class Shape:
         """Return the Coal shape."""
         if self.kind == "box":
             return coal.Box(*self.size)
+        if self.kind == "sphere":
+            return coal.Sphere(self.size[0] / 2.0)
         return coal.Cylinder(self.size[0] / 2.0, self.size[2])
 
 
@@ -48,20 +45,6 @@ class Body:
     shapes: tuple[Shape, ...]
     T_parent_body: pin.SE3
     frame: str | None = None
-
-
-@dataclass(frozen=True)
-class PairDistance:
-    """Distance [m] of a pair of shapes, its witness points and normal in world axes.
-
-    The normal points from the first to the second shape, so the rate of `distance` is
-    `normal . (velocity of the second point - velocity of the first)`. Negative: penetration.
-    """
-
-    distance: float
-    p_world_first: Array
-    p_world_second: Array
-    normal: Array
 
 
 @dataclass(frozen=True)
@@ -136,66 +119,3 @@ class Scene:
     def shapes_of(self, body: str) -> tuple[int, ...]:
         """Return the indices in `geometry` of a body's shapes."""
         return tuple(self._shapes[body])
-
-
-class DistanceEvaluator:
-    """Distances of chosen pairs of a scene, reusing Coal's buffers."""
-
-    def __init__(self, scene: Scene, pairs: Sequence[Pair]) -> None:
-        self.scene = scene
-        self.pairs = tuple(pairs)
-        self._geometry = scene.geometry.copy()
-        self._geometry.removeAllCollisionPairs()
-        self._bounds = [0]
-        for pair in self.pairs:
-            for i in scene.shapes_of(pair.first):
-                for j in scene.shapes_of(pair.second):
-                    self._geometry.addCollisionPair(pin.CollisionPair(i, j))
-            self._bounds.append(len(self._geometry.collisionPairs))
-        self._count = self._bounds[-1]
-        self._starts = np.array(self._bounds[:-1], dtype=int)
-        self._of_shapes = np.full(self._count, np.inf)
-        self._geometry_data = self._geometry.createData()
-        self._joint_ids = np.array([self._joints(pair) for pair in self.pairs], dtype=int)
-
-    def _joints(self, pair: Pair) -> tuple[int, int]:
-        objects = self.scene.geometry.geometryObjects
-        first = objects[self.scene.shapes_of(pair.first)[0]].parentJoint
-        second = objects[self.scene.shapes_of(pair.second)[0]].parentJoint
-        return first, second
-
-    def at(self, kin: Kinematics) -> Array:
-        """Return the distance [m] (len(pairs),) of every pair at the state of `kin`."""
-        if not self.pairs:
-            return np.zeros(0)
-        model, data = self.scene.robot.model, kin.pin_data
-        pin.updateGeometryPlacements(model, data, self._geometry, self._geometry_data)
-        pin.computeDistances(self._geometry, self._geometry_data)
-        of_shapes = np.fromiter(
-            map(_MIN_DISTANCE, self._geometry_data.distanceResults), float, self._count
-        )
-        distances = np.minimum.reduceat(of_shapes, self._starts)
-        self._of_shapes = of_shapes
-        return distances
-
-    def witness(self, pair: int) -> PairDistance:
-        """Return points and normal of a pair (its index) at the last state given to `at`."""
-        start, stop = self._bounds[pair], self._bounds[pair + 1]
-        nearest = start + int(np.argmin(self._of_shapes[start:stop]))
-        result = self._geometry_data.distanceResults[nearest]
-        return PairDistance(
-            result.min_distance,
-            result.getNearestPoint1(),
-            result.getNearestPoint2(),
-            result.normal,
-        )
-
-    def jacobian(self, kin: Kinematics, pairs: Array) -> Array:
-        """Return rows (k, nv): rates of the distances of chosen pairs (indices) at that state."""
-        found = [self.witness(pair) for pair in pairs]
-        normals = np.array([w.normal for w in found])
-        first = np.array([w.p_world_first for w in found])
-        second = np.array([w.p_world_second for w in found])
-        joints = self._joint_ids[pairs]
-        rates = kin.point_speed_rows(joints[:, 1], second, normals)
-        return rates - kin.point_speed_rows(joints[:, 0], first, normals)

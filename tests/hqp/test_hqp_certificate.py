@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hqp_problems import block, equalities, random_hierarchy
 
-from equipoise.hqp import Hierarchy, certify, make_solver
+from equipoise.hqp import Hierarchy, certificate, certify, make_solver
 
 
 @pytest.fixture(params=range(4))
@@ -113,3 +113,12 @@ def test_the_wrong_sign_of_a_multiplier_is_no_excuse() -> None:
     assert not certify(Hierarchy.stack([[wall], [task]], 1), np.zeros(1)).holds(1e-3)
     away = equalities("away", np.array([[1.0]]), np.array([-1.0]))
     assert certify(Hierarchy.stack([[wall], [away]], 1), np.zeros(1)).holds(1e-12)
+
+
+@pytest.mark.parametrize("part", ["_best_multipliers", "_complementary"])
+def test_a_flipped_sign_in_the_certificate_is_noticed(monkeypatch, part) -> None:
+    solved = [random_hierarchy("infeasible", 60 + seed, n=15) for seed in range(4)]
+    answers = [make_solver("cascade").solve(h).v for h in solved]
+    honest = getattr(certificate, part)
+    monkeypatch.setattr(certificate, part, lambda *given: -honest(*given))
+    assert not all(certify(h, v).holds(1e-9) for h, v in zip(solved, answers, strict=True))

@@ -118,6 +118,21 @@ def test_daqp_minimises_normalised_rows_on_an_infeasible_level() -> None:
     assert not certify(h, other.v).holds(1e-3)
 
 
+def test_daqp_gives_up_levels_below_dependent_equalities() -> None:
+    """Rows of level 1 are sums and differences of level 0; level 2 can be met, and is not."""
+    held = np.array([[1.0, 2.0, 3.0], [3.0, 1.0, 2.0]])
+    again = np.array([held[0] + held[1], held[1] - held[0]])
+    task = equalities("task", np.array([[1.0, 1.0, 0.0]]), np.ones(1))
+    levels = [[equalities("held", held, np.zeros(2))], [equalities("again", again, np.zeros(2))]]
+    h = Hierarchy.stack([*levels, [task]], 3)
+    for name in EXACT:
+        assert make_solver(name).solve(h).slack[2] < 1e-12
+    answer = make_solver("daqp").solve(h)
+    assert answer.solved
+    assert answer.slack[2] == pytest.approx(1.0)
+    assert not certify(h, answer.v).holds(1e-3)
+
+
 @pytest.mark.parametrize("name", BOUNDED)
 @pytest.mark.parametrize("seed", range(5))
 def test_a_feasible_first_level_is_met(name, seed) -> None:

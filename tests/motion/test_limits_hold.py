@@ -8,6 +8,7 @@ import pytest
 
 from equipoise.contacts import ContactStack, SupportPolygon
 from equipoise.contacts.support import sole_corners
+from equipoise.distances import DistanceEvaluator
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator, PostureNotFoundError, solve_posture
 from equipoise.spatial import pose
@@ -20,7 +21,7 @@ from equipoise.tasks import (
     JointLimitsTask,
     PostureTask,
 )
-from equipoise.world import Body, DistanceEvaluator, Scene, Shape
+from equipoise.world import Body, Scene, Shape
 from helpers import kinematics, sole_contacts
 
 STEPS = [0.002, 0.01, 0.05]

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from equipoise.distances import DistanceEvaluator
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.runlog import Run
 from equipoise.scenarios.places import Places
-from equipoise.world import DistanceEvaluator, Pair
+from equipoise.world import Pair
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,8 @@ def all_pairs(places: Places) -> list[Pair]:
     """Return every pair whose touching would matter.
 
     The robot's own pairs are those its SRDF leaves enabled. A world body is paired with every
-    other body, except a held object with the links that hold it and two fixed bodies.
+    other body, except a held object with the links that hold it, two fixed bodies, and sliders,
+    which are there to be touched.
     """
     robot, scene = places.robot, places.scene
     objects = robot.collision_model.geometryObjects
@@ -34,7 +36,7 @@ def all_pairs(places: Places) -> list[Pair]:
     own = {(link[p.first], link[p.second]) for p in robot.collision_model.collisionPairs}
     pairs = [scene.pair(a, b) for a, b in sorted(own)]
     links = sorted(set(link))
-    fixed = [b.name for b in scene.bodies if b.frame is None]
+    fixed = [b.name for b in scene.bodies if b.frame is None and b.name not in places.sliders]
     held = [b.name for b in scene.bodies if b.frame is not None]
     for body in fixed:
         pairs += [scene.pair(other, body) for other in (*links, *held)]

@@ -41,6 +41,14 @@ class Context:
             if isinstance(spec, schema.HandOnObjectSpec) and f"error/{name}" in self.run
         ]
 
+    def pushes(self) -> list[tuple[str, schema.PushContactSpec, schema.SliderSpec]]:
+        """Return each pushing contact with its slider."""
+        return [
+            (name, spec, self.scenario.world.sliders[spec.slider])
+            for name, spec in self.scenario.contacts.items()
+            if isinstance(spec, schema.PushContactSpec)
+        ]
+
     def margins(self, kind: str) -> list[Array]:
         """Return one component (N,) of the reaction margins of each sole."""
         column = ReactionMargins.LABELS.index(kind)
@@ -99,24 +107,66 @@ def _palm(part: slice, ticks: str) -> Callable[[Context], float | None]:
     return compute
 
 
-def _force_errors(context: Context) -> list[Array]:
-    errors = []
-    for name, contact in context.scenario.contacts.items():
-        regulated = tuple(getattr(contact, "regulated", ()))
-        if regulated and f"lam_ref/{name}" in context.run:
-            labels = context.run.channels[f"lam/{name}"].labels
-            columns = [labels.index(r) for r in regulated]
-            errors.append(context.run[f"lam/{name}"][:, columns] - context.run[f"lam_ref/{name}"])
-    return errors
+def _forces(context: Context) -> list[tuple[Array, Array]]:
+    """Return wanted and achieved multipliers (K, k) of each contact with regulated rows.
+
+    Of a pushing contact only the ticks of the travel count, of others the settled ones.
+    """
+    travels = {name: slider.travel for name, _, slider in context.pushes()}
+    t, found = context.run.t, []
+    for name in context.scenario.contacts:
+        if f"lam_ref/{name}" not in context.run:
+            continue
+        keep = context.settled
+        if name in travels:
+            keep = (t >= travels[name].start) & (t <= travels[name].end)
+        regulated = context.run.channels[f"lam_ref/{name}"].labels
+        labels = context.run.channels[f"lam/{name}"].labels
+        columns = [labels.index(r) for r in regulated]
+        wanted = context.run[f"lam_ref/{name}"][keep]
+        found.append((wanted, context.run[f"lam/{name}"][:, columns][keep]))
+    return found
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean(axis=0)).max()) if len(values) else np.inf
 
 
 def _force_rms(context: Context) -> float | None:
-    errors = _force_errors(context)
-    if not errors:
+    errors = [_rms(achieved - wanted) for wanted, achieved in _forces(context)]
+    return max(errors) if errors else None
+
+
+def _force_share(context: Context) -> float | None:
+    shares = [
+        _rms(achieved - wanted) / max(_rms(wanted), 1e-9) for wanted, achieved in _forces(context)
+    ]
+    return max(shares) if shares else None
+
+
+def _travel_error(context: Context) -> float | None:
+    errors = [
+        abs(float(context.run[f"slider/{spec.slider}"][-1, 0]) - slider.travel.distance)
+        for _, spec, slider in context.pushes()
+    ]
+    return max(errors) if errors else None
+
+
+def _creep(context: Context) -> float | None:
+    """Way a slider goes in all while its wanted push is below 95 % of its Coulomb force."""
+    ways = []
+    for name, spec, slider in context.pushes():
+        below = context.run[f"lam_ref/{name}"][:, 0] < 0.95 * slider.coulomb
+        steps = np.abs(np.diff(context.run[f"slider/{spec.slider}"][:, 0]))
+        ways.append(float(steps[below[1:] & below[:-1]].sum()))
+    return max(ways) if ways else None
+
+
+def _torque_step(context: Context) -> float | None:
+    tau = context.run["tau"][context.settled]
+    if len(tau) < 2:
         return None
-    if not context.settled.any():
-        return np.inf
-    return max(float(np.sqrt((e[context.settled] ** 2).mean(axis=0)).max()) for e in errors)
+    return float((np.abs(np.diff(tau, axis=0)) / context.places.robot.tau_max).max())
 
 
 def _security_shortfall(context: Context) -> float | None:
@@ -176,6 +226,15 @@ _ALL = (
         lambda c: _largest([c.run["dq"]], c.settled),
     ),
     Metric("force_error_rms", "N", "regulated contact force, RMS, settled", _force_rms),
+    Metric(
+        "force_error_share",
+        "",
+        "its error as a share of its value (a push: while it travels)",
+        _force_share,
+    ),
+    Metric("travel_error", "m", "pushed object from its target at the end", _travel_error),
+    Metric("creep", "m", "its way while the push is below the friction force", _creep),
+    Metric("torque_step", "", "largest change of a torque in a tick, by its limit", _torque_step),
     Metric("clearance", "m", "least distance of any pair of bodies, every 10th tick", _clearance),
     Metric(
         "security_shortfall", "m", "worst intrusion into a security distance", _security_shortfall

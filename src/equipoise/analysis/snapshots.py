@@ -58,7 +58,7 @@ def snapshot_strip(
         row, column = divmod(i, columns)
         bottom = 1.0 - (row + 1 - share) / rows
         axes = figure.add_axes((column / columns, bottom, 1.0 / columns, (1.0 - share) / rows))
-        draw_scene(axes, stage, run["q"][tick], camera)
+        draw_scene(axes, _stage_at(places, stage, run, tick), run["q"][tick], camera)
         axes.text(
             0.5,
             -0.02,
@@ -86,3 +86,13 @@ def _ticks(run: Run, times: Sequence[float] | None, count: int) -> list[int]:
     if not ticks:
         raise InputError("A strip needs at least one time", given=list(times))
     return ticks
+
+
+def _stage_at(places: Places, stage: Stage, run: Run, tick: int) -> Stage:
+    """Return the stage with pushed objects where they are at a tick."""
+    travels = {
+        name: float(run[f"slider/{name}"][tick, 0])
+        for name in places.sliders
+        if f"slider/{name}" in run
+    }
+    return Stage(places.scene_with(travels)) if travels else stage

@@ -7,7 +7,7 @@ from typing import Any
 from equipoise.analysis.metrics import METRICS, Context, compute_metrics
 from equipoise.errors import NameNotFoundError
 from equipoise.scenarios import schema
-from equipoise.scenarios.places import at_path
+from equipoise.scenarios.wording import at_path
 
 
 def check_acceptance(scenario: schema.Scenario) -> None:

@@ -10,6 +10,7 @@ from equipoise.contacts.moving import (
 )
 from equipoise.contacts.point import PointContact
 from equipoise.contacts.reaction import ReactionMargins, reaction_margins
+from equipoise.contacts.schedule import ContactSchedule
 from equipoise.contacts.sole import SoleContact
 from equipoise.contacts.stack import ContactStack, StackedContacts
 from equipoise.contacts.support import SupportPolygon
@@ -17,6 +18,7 @@ from equipoise.contacts.surface import SurfaceContact
 
 __all__ = [
     "Contact",
+    "ContactSchedule",
     "ContactStack",
     "GraspContact",
     "MotionSample",

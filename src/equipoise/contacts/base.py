@@ -60,8 +60,15 @@ class Contact(ABC):
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (k,), with `d phi / dt = J v - rate` where `phi` is small."""
 
-    def reaction_costs(self) -> Array:
-        """Return what a unit of each row's multiplier costs (k,) when the base is carried."""
+    def normal_force(self, lam: Array) -> float:
+        """Return the compression [N] in a multiplier `lam` (k,) of this contact."""
+        return 0.0
+
+    def reaction_costs(self, load: float) -> Array:
+        """Return what a unit of each row's multiplier costs (k,) when the base is carried.
+
+        `load` > 0 is the contact's normal force as a share of the mean of all that support.
+        """
         return np.ones(self.size)
 
     @property

@@ -48,18 +48,24 @@ class SoleContact(Contact):
         """Return `phi` (6,): position [m] and rotation vector [rad] relative to the anchor."""
         return -self._to_anchor(pose_error(self.T_world_anchor, kin.placement(self.frame_id)))
 
-    def reaction_costs(self) -> Array:
+    def normal_force(self, lam: Array) -> float:
+        """Return the compression [N] in a multiplier `lam` (6,)."""
+        return float(lam[2])
+
+    def reaction_costs(self, load: float) -> Array:
         """Return the cost (6,) of each component: what it uses up of cone and sole.
 
         A tangential force counts by the normal force that its friction needs, a moment by the
-        normal force that the lever of the sole needs, a yaw moment by both; a normal force counts
-        a little, so that both feet carry.
+        normal force that the lever of the sole needs, a yaw moment by both, all relative to the
+        load that is there: a light foot can give little. A normal force counts a little, so that
+        both feet carry.
         """
         half_x = 0.5 * (self.sole.x_max - self.sole.x_min)
         half_y = 0.5 * (self.sole.y_max - self.sole.y_min)
-        tangential = 1.0 / self.friction
-        yaw = 1.0 / (self.friction * (half_x + half_y))
-        return np.array([tangential, tangential, 0.3, 1.0 / half_y, 1.0 / half_x, yaw])
+        tangential = 1.0 / (load * self.friction)
+        yaw = tangential / (half_x + half_y)
+        pitch, roll = 1.0 / (load * half_x), 1.0 / (load * half_y)
+        return np.array([tangential, tangential, 0.3, roll, pitch, yaw])
 
     def _to_anchor(self, world: Array) -> Array:
         R = self.T_world_anchor.rotation.T

@@ -28,6 +28,7 @@ class ControlGains:
     | `eta` | 1/s | how fast the integrated force error dies |
     | `sgn_p`, `sgn_F` | | sign functions of the two integrals |
     | `integral_max` | s | bound on each integral of sgn_p: it carries at most this times K_d k_ip |
+    | `handover` | s | how fast the difference fades that a change of contacts would make |
     | `damp_violation` | | add `(I - Q_phi) dv` to s: zero on a rigid contact, steadies a soft one |
 
     `K_d` may be a scalar, a vector (nv,) or a symmetric positive definite matrix (nv, nv).
@@ -45,10 +46,11 @@ class ControlGains:
     sgn_p: SignFunction = field(default_factory=SignFunction)
     sgn_F: SignFunction = field(default_factory=SignFunction)
     integral_max: float = 10.0
+    handover: float = 0.3
     damp_violation: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("alpha", "beta_p", "beta", "beta_F", "mu", "eta", "integral_max"):
+        for name in ("alpha", "beta_p", "beta", "beta_F", "mu", "eta", "integral_max", "handover"):
             self._require_positive(name)
         for name in ("k_ip", "k_iF"):
             value = getattr(self, name)

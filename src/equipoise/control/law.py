@@ -22,6 +22,8 @@ from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
 from equipoise.spatial import Array, velocity_transport
 
+_LIGHTEST = 0.05  # share of the mean load below which a foot counts as no lighter
+
 
 @dataclass(frozen=True)
 class Measurement:
@@ -67,7 +69,7 @@ class Command:
 class PassivityController:
     """Tracks posture and contact forces; `reset` and then `step` once every `dt` [s].
 
-    Its whole memory: `posture`, `force` (the manifolds), `base_reaction`, `tau`.
+    Its whole memory: `posture`, `force` (the manifolds), `base_reaction`, `tau`, `u`, `handover`.
     Source: eqs. (21), (24). Differs from the print: `- ds_dF/dt` instead of `+` (only then does
     (26) follow); the rows of J_phi whose force is not regulated have zero force error; the six
     base rows of the torque go to the supporting contacts (`distribute_base_wrench`); integrals
@@ -90,9 +92,6 @@ class PassivityController:
         self.robot, self.contacts, self.gains, self.dt = robot, contacts, gains, dt
         self.K_d = gains.damping_matrix(robot.nv)
         self._evaluator = KinematicsEvaluator(robot)
-        self._costs = np.concatenate(
-            [c.reaction_costs() for c in contacts.contacts if c.supporting]
-        )
         self.reset()
 
     def reset(self) -> None:
@@ -106,15 +105,49 @@ class PassivityController:
             sgn=gains.sgn_p,
             bound=gains.integral_max,
         )
-        self.force = ForceManifold(
-            self.contacts.regulated_rows.size,
-            beta_F=gains.beta_F,
-            k_iF=gains.k_iF,
-            sgn=gains.sgn_F,
-        )
+        self.force = self._new_force_manifold()
         self.base_reaction = np.zeros(self.contacts.supporting_rows.size)
         self.tau = np.zeros(self.robot.na)
+        self.u = np.zeros(nv)
+        self.handover = np.zeros(nv)
+        self._handover_t0 = 0.0
         self._started = False
+        self._switching = False
+
+    def switch(self, contacts: ContactStack) -> None:
+        """Let other contacts hold from the next `step` on, without a jump of the torque.
+
+        The manifolds start anew there, so that s_qp = 0 and s_qF = 0; the integral of the posture
+        stays. What u would jump by is added to it and fades with `gains.handover`.
+        Raises: `InputError` if the supporting contacts change (the reaction F has its memory).
+        """
+        before = [c.name for c in self.contacts.contacts if c.supporting]
+        after = [c.name for c in contacts.contacts if c.supporting]
+        if before != after:
+            raise InputError(
+                "the supporting contacts cannot change while running", given=after, known=before
+            )
+        self.contacts = contacts
+        self.force = self._new_force_manifold()
+        self._switching = self._started
+        self._started = False
+
+    def take_over(self, tau: Array) -> None:
+        """Begin from joint torques `tau` (na,) [N m] that are measured now, at the first `step`.
+
+        For a robot that stands under its own servos: without it the first torque is zero but for
+        the wanted forces. The difference fades like that of a switch.
+        Raises: `ShapeError`.
+        """
+        if tau.shape != (self.robot.na,):
+            raise ShapeError("tau", tau.shape, (self.robot.na,))
+        self.u = np.concatenate((np.zeros(6), tau))
+        self._switching = True
+
+    def _new_force_manifold(self) -> ForceManifold:
+        gains = self.gains
+        size = self.contacts.regulated_rows.size
+        return ForceManifold(size, beta_F=gains.beta_F, k_iF=gains.k_iF, sgn=gains.sgn_F)
 
     def step(self, t: float, measured: Measurement, target: Target) -> Command:
         """Return the torque at time `t` [s]. Never raises on values, never exceeds a limit.
@@ -133,12 +166,13 @@ class PassivityController:
             self.force.start(t)
             self._started = True
         s = self._extended_error(t, stacked, dq, dv)
-        u = self._torque(stacked, s, target.lam_ref)
+        u = self._handed_over(t, self._torque(stacked, s, target.lam_ref))
         base_reaction = self._carry_base(stacked, u, measured.lam)
         wanted = (u - stacked.J_phi[self.contacts.supporting_rows].T @ base_reaction)[6:]
         if not np.isfinite(wanted).all():
             return self._held()
         tau = np.minimum(np.maximum(wanted, -self.robot.tau_max), self.robot.tau_max)
+        self.u = u
         self._remember(stacked, measured, target, tau, wanted, base_reaction)
         clamped = bool((tau != wanted).any())
         status = ControlStatus.SATURATED if clamped else ControlStatus.RUN
@@ -165,11 +199,28 @@ class PassivityController:
         )
         return -self.K_d @ s + stacked.J_phi[self.contacts.regulated_rows].T @ along_rows
 
+    def _handed_over(self, t: float, u: Array) -> Array:
+        """Return u with what is left of the last switch's difference."""
+        if self._switching:
+            self.handover, self._handover_t0 = self.u - u, t
+            self._switching = False
+        return u + self.handover * np.exp(-(t - self._handover_t0) / self.gains.handover)
+
     def _carry_base(self, stacked: StackedContacts, u: Array, lam: Array) -> Array:
         rows = self.contacts.supporting_rows
         lam_without = lam[rows] - self.base_reaction
         J_base = stacked.J_phi[rows][:, :6]
-        return distribute_base_wrench(u[:6], J_base, self._costs, lam_without)
+        return distribute_base_wrench(u[:6], J_base, self._reaction_costs(lam), lam_without)
+
+    def _reaction_costs(self, lam: Array) -> Array:
+        """Return the costs of the supporting rows at the loads that were last measured."""
+        soles = [c for c in self.contacts.contacts if c.supporting]
+        normal = [max(c.normal_force(lam[self.contacts.rows[c.name]]), 0.0) for c in soles]
+        mean = sum(normal) / len(normal)
+        loads = [
+            min(max(n / mean, _LIGHTEST), 1.0 / _LIGHTEST) if mean > 0.0 else 1.0 for n in normal
+        ]
+        return np.concatenate([c.reaction_costs(x) for c, x in zip(soles, loads, strict=True)])
 
     def _remember(
         self,

@@ -58,7 +58,7 @@ class ActiveSet:
         if m == 0:
             return describe(hierarchy, np.zeros(n), Status.SOLVED, self.name, 0)
         buffers, limits = self._prepare(m, n, ends)
-        problem = Problem(hierarchy.A, hierarchy.lower, hierarchy.upper)
+        problem = Problem(*map(_plain, (hierarchy.A, hierarchy.lower, hierarchy.upper)))
         v, w, slack = np.empty(n), np.empty(m), np.empty(len(ends))
         active = np.empty(m, dtype=np.int8)
         work, ended = answer(problem, limits, buffers, self.iteration_limit, v, w, slack, active)
@@ -76,3 +76,10 @@ class ActiveSet:
             self._ends, self._limits = ends, np.array(ends, dtype=np.int64)
             self._buffers.memory[:] = 0
         return self._buffers, self._limits
+
+
+def _plain(array: np.ndarray) -> np.ndarray:
+    """Return the array in the one layout that the kernels are compiled for."""
+    if array.flags.carray and array.dtype == np.float64:
+        return array
+    return np.array(array, dtype=np.float64, order="C")

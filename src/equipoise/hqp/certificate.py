@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import lsq_linear, nnls
 
 from equipoise.hqp.hierarchy import Hierarchy
 
@@ -142,6 +141,8 @@ def _non_negative(columns: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Return x >= 0 that brings `columns` [n, k] x nearest to `target` [n]."""
     if not columns.size or not target.any():
         return np.zeros(columns.shape[1])
+    from scipy.optimize import lsq_linear, nnls
+
     size = float(np.linalg.norm(target))
     try:
         return nnls(columns, target / size)[0] * size

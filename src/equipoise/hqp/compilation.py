@@ -36,17 +36,26 @@ def is_kept() -> bool:
 
 
 def compiled(function: Callable) -> Callable:
-    """Compile a kernel at its first call and keep the result, where a folder can be written."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(FOLDER)
-    try:
-        return numba.njit(cache=True, error_model="numpy", fastmath=FAST)(function)
-    except RuntimeError:  # nowhere to write
-        return numba.njit(error_model="numpy", fastmath=FAST)(function)
-    finally:
-        numba.config.CACHE_DIR = before
+    """Compile a kernel that only kernels call, and keep the result."""
+    return _kept(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def entrance(function: Callable) -> Callable:
+    """Compile a kernel that Python calls, and keep the result."""
+    return _kept(function)
 
 
 def inlined(function: Callable) -> Callable:
-    """Compile a kernel into every kernel that calls it."""
+    """Compile a small kernel, or one with one caller, into the kernels that call it."""
     return numba.njit(inline="always", error_model="numpy", fastmath=FAST)(function)
+
+
+def _kept(function: Callable, **options: bool) -> Callable:
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(FOLDER)
+    try:
+        return numba.njit(cache=True, error_model="numpy", fastmath=FAST, **options)(function)
+    except RuntimeError:  # nowhere to write
+        return numba.njit(error_model="numpy", fastmath=FAST, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = before

@@ -22,8 +22,10 @@ class DaqpSolver:
 
     DAQP divides every row by its norm, so on a level that cannot be met it minimises
     `sum (w_r / |a_r|)^2` and not the `sum w_r^2` of eq. (15); where the level can be met, or its
-    rows have equal norms, the two agree. Levels are held to about `rho_soft`. Its flag is not
-    trusted alone: residuals are computed from v, and `Solution.certificate` checks the optimum.
+    rows have equal norms, the two agree. Levels are held to about `rho_soft`. Where equalities of
+    a level depend on those above (feet that a contact holds already) it can give up the levels
+    below and still call the problem solved; two such rows in three unknowns are enough. So neither
+    its flag nor its slack tells: `Solution.certificate` does.
     """
 
     rho_soft: float = 1e-10

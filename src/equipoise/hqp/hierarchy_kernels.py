@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.hqp.compilation import compiled
+from equipoise.hqp.compilation import compiled, entrance, inlined
 from equipoise.hqp.kernels import (
     DEPTH,
     EQUALITY,
@@ -37,7 +37,7 @@ from equipoise.hqp.solution import ACTIVE_TOLERANCE
 from equipoise.hqp.working_kernels import eliminate, take_rows
 
 
-@compiled
+@entrance
 def answer(
     p: Problem,
     ends: np.ndarray,
@@ -57,7 +57,7 @@ def answer(
     return work, ended
 
 
-@compiled
+@inlined
 def solve_levels(p: Problem, ends: np.ndarray, b: Buffers, limit: int) -> tuple[int, bool]:
     """Solve all levels and then the least norm, leaving v in the buffers."""
     columns = b.of_columns
@@ -190,7 +190,7 @@ def settle(p: Problem, b: Buffers, level: Level, working: Working, ended: bool) 
     return fix_again(p, b, level.fixed, working.last)
 
 
-@compiled
+@inlined
 def fix_again(p: Problem, b: Buffers, fixed: int, last: int) -> int:
     """Eliminate only the fixed ones among the working rows; return the reflectors."""
     order, count = b.numbers, 0

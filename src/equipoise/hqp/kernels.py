@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from equipoise.hqp.compilation import inlined
+from equipoise.hqp.compilation import compiled, inlined
 
 column = np.uint64
 
@@ -25,8 +25,8 @@ column = np.uint64
 NORM, VALUE, NEXT_VALUE, LEFT, ONCE_LEFT, REST, VIOLATION = range(7)
 # rows of Buffers.of_columns: v, the next v, the step in either coordinates, the goal of a level of
 # unit rows, scratch, and by place of the hard working rows their multipliers, the rounding of
-# those, and their shares in the dependent row
-V, NEXT_V, STEP, GOAL, SCRATCH, MULTIPLIER, NOISE, SHARE = range(8)
+# those, their shares in the dependent row, and by rank the multipliers of soft rows that are met
+V, NEXT_V, STEP, GOAL, SCRATCH, MULTIPLIER, NOISE, SHARE, SOFT_MULTIPLIER = range(9)
 # rows of Buffers.numbers: reflectors applied to a projected row, the row at a working place, and
 # at 0 the broken hard row that depends on the working ones (-1: none)
 DEPTH, ORDER, DEPENDENT_ROW = range(3)
@@ -108,7 +108,7 @@ def allocate(m: int, n: int, levels: int) -> Buffers:
         numbers=np.zeros((3, m), dtype=np.int64),
         signs=np.zeros((2, m), dtype=np.int8),
         of_rows=np.zeros((7, m)),
-        of_columns=np.zeros((8, n)),
+        of_columns=np.zeros((9, n)),
     )
 
 
@@ -137,7 +137,7 @@ def reflect_from(x: np.ndarray, i: int, u: np.ndarray, j: int, start: int, stop:
         x[i, c] -= along * u[j, c]
 
 
-@inlined
+@compiled
 def make_reflector(x: np.ndarray, i: int, u: np.ndarray, j: int, stop: int, length: float) -> float:
     """Write to u[j] the reflector that leaves of x[i, j:stop] the first entry; return that.
 
@@ -152,7 +152,7 @@ def make_reflector(x: np.ndarray, i: int, u: np.ndarray, j: int, stop: int, leng
     return kept
 
 
-@inlined
+@compiled
 def copy_row(x: np.ndarray, i: int, y: np.ndarray, j: int) -> None:
     """Copy y[j] to x[i]."""
     for c in range(column(x.shape[1])):

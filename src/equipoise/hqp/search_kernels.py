@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.hqp.compilation import compiled
+from equipoise.hqp.compilation import compiled, inlined
 from equipoise.hqp.kernels import (
     DEPENDENT,
     DEPENDENT_ROW,
@@ -29,8 +29,10 @@ from equipoise.hqp.kernels import (
     OWN,
     RANK_TOLERANCE,
     ROLE,
+    ROUNDING,
     SHARE,
     SIDE,
+    SOFT_MULTIPLIER,
     STEP,
     VALUE,
     VIOLATION,
@@ -59,7 +61,7 @@ def measure(p: Problem, b: Buffers, point: int, values: int, end: int) -> None:
             of_rows[values, row] = dot(A, row, columns, point, 0, n)
 
 
-@compiled
+@inlined
 def side_of(p: Problem, row: int, value: float, margin: float) -> int:
     """Return the side on which a value is beyond its bounds by more than a margin, or 0."""
     if value > p.upper[row] + margin:
@@ -67,7 +69,7 @@ def side_of(p: Problem, row: int, value: float, margin: float) -> int:
     return -1 if value < p.lower[row] - margin else 0
 
 
-@compiled
+@inlined
 def guess(p: Problem, b: Buffers, level: Level) -> tuple[Working, int, bool]:
     """Solve and flip until nothing disagrees, a few times; return the work and whether it did."""
     work = 0
@@ -75,38 +77,66 @@ def guess(p: Problem, b: Buffers, level: Level) -> tuple[Working, int, bool]:
         working = solve_working(p, b, level)
         work += 1
         measure(p, b, NEXT_V, NEXT_VALUE, level.end)
-        if flip_hard(p, b, level, working) + flip_soft(p, b, level, working) == 0:
+        flips = hold_broken(p, b, level, working)
+        if flips > 0 or not working.met:
+            flips += release_wrong(p, b, level, working)
+        if flips == 0:
             return working, work, True
         if work == GUESSES:
             return working, work, False
 
 
 @compiled
-def flip_hard(p: Problem, b: Buffers, level: Level, working: Working) -> int:
-    """Let go of hard rows with a wrong multiplier, hold those that are broken; count them."""
-    signs, of_rows, columns = b.signs, b.of_rows, b.of_columns
+def hold_broken(p: Problem, b: Buffers, level: Level, working: Working) -> int:
+    """Take broken hard rows and violated own rows into the working rows; count them."""
+    signs, of_rows = b.signs, b.of_rows
     chosen, flips = b.numbers[DEPENDENT_ROW, 0], 0
     if chosen >= 0:
         give_way(p, b, level, working, chosen)
-    for row in range(level.start):
-        if signs[ROLE, row] != HARD:
+        signs[SIDE, chosen] = 0
+    for row in range(level.end):
+        if signs[ROLE, row] != HARD and signs[ROLE, row] != OWN:
             continue
-        if signs[SIDE, row] == 0 or row == chosen:
+        if signs[SIDE, row] == DEPENDENT:
+            signs[SIDE, row] = 0
+        elif signs[SIDE, row] == 0:
             margin = FEASIBILITY * of_rows[NORM, row] * level.size
             signs[SIDE, row] = side_of(p, row, of_rows[NEXT_VALUE, row], margin)
             flips += signs[SIDE, row] != 0
-        elif signs[SIDE, row] == DEPENDENT:
-            signs[SIDE, row] = 0
-    if not working.met:
-        for j in range(working.hard):
-            row = b.numbers[ORDER, j]
-            if columns[MULTIPLIER, j] * signs[SIDE, row] < -columns[NOISE, j]:
-                signs[SIDE, row] = 0
-                flips += 1
     return flips
 
 
 @compiled
+def release_wrong(p: Problem, b: Buffers, level: Level, working: Working) -> int:
+    """Take rows that hold on the wrong side out of the working rows; count them.
+
+    Where the soft rows are met, no row is wrong for that; but those that the least step does not
+    need would only stand in the way of the broken ones.
+    """
+    signs, of_rows, columns = b.signs, b.of_rows, b.of_columns
+    flips = 0
+    for j in range(working.hard):
+        row = b.numbers[ORDER, j]
+        if columns[MULTIPLIER, j] * signs[SIDE, row] < -columns[NOISE, j]:
+            signs[SIDE, row] = 0
+            flips += 1
+    for i in range(working.hard, working.last):
+        row = b.numbers[ORDER, i]
+        if signs[SIDE, row] == EQUALITY:
+            continue
+        margin = ZERO_TOLERANCE * of_rows[NORM, row] * level.size
+        pull = of_rows[VIOLATION, i]
+        if working.met:
+            margin = ROUNDING * level.size / of_rows[NORM, row]
+            rank = i - working.hard
+            pull = columns[SOFT_MULTIPLIER, rank] if rank < working.rank else 0.0
+        if pull * signs[SIDE, row] < -margin:
+            signs[SIDE, row] = side_of(p, row, of_rows[NEXT_VALUE, row], 0.0)
+            flips += 1
+    return flips
+
+
+@inlined
 def give_way(p: Problem, b: Buffers, level: Level, working: Working, chosen: int) -> None:
     """Let go of the hard working row that stands in the way of a broken dependent one.
 
@@ -130,28 +160,7 @@ def give_way(p: Problem, b: Buffers, level: Level, working: Working, chosen: int
         signs[SIDE, best] = 0
 
 
-@compiled
-def flip_soft(p: Problem, b: Buffers, level: Level, working: Working) -> int:
-    """Take satisfied own rows out of the working rows, and violated ones in; count them."""
-    if level.weight > 0.0:
-        return 0
-    signs, of_rows = b.signs, b.of_rows
-    flips = 0
-    for row in range(level.start, level.end):
-        if signs[SIDE, row] == 0:
-            margin = FEASIBILITY * of_rows[NORM, row] * level.size
-            signs[SIDE, row] = side_of(p, row, of_rows[NEXT_VALUE, row], margin)
-            flips += signs[SIDE, row] != 0
-    for i in range(working.hard, working.last):
-        row = b.numbers[ORDER, i]
-        margin = ZERO_TOLERANCE * of_rows[NORM, row] * level.size
-        if signs[SIDE, row] != EQUALITY and of_rows[VIOLATION, i] * signs[SIDE, row] < -margin:
-            signs[SIDE, row] = side_of(p, row, of_rows[NEXT_VALUE, row], margin)
-            flips += 1
-    return flips
-
-
-@compiled
+@inlined
 def search(p: Problem, b: Buffers, level: Level, limit: int) -> tuple[Working, int, bool]:
     """Search by the primal method from v; return the work and whether it ended by itself."""
     signs, columns = b.signs, b.of_columns
@@ -181,7 +190,7 @@ def search(p: Problem, b: Buffers, level: Level, limit: int) -> tuple[Working, i
             return working, work, ended
 
 
-@compiled
+@inlined
 def forget_dependent(b: Buffers, level: Level) -> None:
     """Take dependent hard rows out of the working rows."""
     for row in range(level.start):
@@ -242,7 +251,7 @@ def let_go(p: Problem, b: Buffers, level: Level, working: Working, lowest: bool)
     return wrong >= 0
 
 
-@compiled
+@inlined
 def release_soft(p: Problem, b: Buffers, level: Level, working: Working, lowest: bool) -> bool:
     """Take satisfied own rows out of the working rows; tell whether there were any."""
     signs, of_rows = b.signs, b.of_rows

@@ -1,21 +1,42 @@
-"""The solvers by name."""
+"""The solvers by name; a solver's library is loaded when it is asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from equipoise.errors import NameNotFoundError
-from equipoise.hqp.active_set import ActiveSet
-from equipoise.hqp.cascade import Cascade
-from equipoise.hqp.daqp_solver import DaqpSolver
-from equipoise.hqp.recursion import Recursion
 from equipoise.hqp.solution import HierarchySolver
 
+
+def _active_set() -> HierarchySolver:
+    from equipoise.hqp.active_set import ActiveSet
+
+    return ActiveSet()
+
+
+def _cascade() -> HierarchySolver:
+    from equipoise.hqp.cascade import Cascade
+
+    return Cascade()
+
+
+def _daqp() -> HierarchySolver:
+    from equipoise.hqp.daqp_solver import DaqpSolver
+
+    return DaqpSolver()
+
+
+def _recursion() -> HierarchySolver:
+    from equipoise.hqp.recursion import Recursion
+
+    return Recursion()
+
+
 SOLVERS: dict[str, Callable[[], HierarchySolver]] = {
-    "active_set": ActiveSet,
-    "cascade": Cascade,
-    "daqp": DaqpSolver,
-    "recursion": Recursion,
+    "active_set": _active_set,
+    "cascade": _cascade,
+    "daqp": _daqp,
+    "recursion": _recursion,
 }
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.hqp.compilation import compiled
+from equipoise.hqp.compilation import compiled, inlined
 from equipoise.hqp.kernels import (
     DEPENDENT,
     DEPENDENT_ROW,
@@ -17,18 +17,14 @@ from equipoise.hqp.kernels import (
     GOAL,
     HARD,
     LEFT,
-    MULTIPLIER,
     NEXT_V,
-    NOISE,
     NORM,
     ONCE_LEFT,
     ORDER,
     RANK_TOLERANCE,
     REST,
     ROLE,
-    ROUNDING,
     SCRATCH,
-    SHARE,
     SIDE,
     STEP,
     VALUE,
@@ -46,9 +42,14 @@ from equipoise.hqp.kernels import (
     reflect,
     reflect_from,
 )
+from equipoise.hqp.multiplier_kernels import (
+    share_out,
+    weigh_by_goal,
+    weigh_by_step,
+    weigh_by_violation,
+)
 
 SUM_UP_AGAIN = 1e-3
-FAR_FROM_ROUNDING = 1e6
 
 
 @compiled
@@ -65,13 +66,15 @@ def solve_working(p: Problem, b: Buffers, level: Level) -> Working:
     last = take_soft_rows(p, b, level, hard)
     rank = eliminate(b, top, hard, last)
     met = reach_soft_rows(b, top, hard, last, rank, level.size)
-    go(b, level.fixed, top + rank, top + rank)
-    if not met:
+    if met:
+        weigh_by_step(b, level, hard, rank)
+    else:
         weigh_by_violation(b, level, hard, last)
+    go(b, level.fixed, top + rank, top + rank)
     return Working(hard, last, rank, met)
 
 
-@compiled
+@inlined
 def project(b: Buffers, first: int, last: int, fixed: int) -> None:
     """Bring the rows at places first..last up to date with the fixed reflectors."""
     projected, reflectors, numbers = b.projected, b.reflectors, b.numbers
@@ -112,7 +115,7 @@ def take_rows(p: Problem, b: Buffers, first: int, last: int, fixed: int, hard: i
         of_rows[ONCE_LEFT, i] = of_rows[LEFT, i]
 
 
-@compiled
+@inlined
 def take_hard_rows(p: Problem, b: Buffers, level: Level) -> int:
     """Eliminate the hard working rows; return their number.
 
@@ -145,19 +148,7 @@ def take_hard_rows(p: Problem, b: Buffers, level: Level) -> int:
     return rank
 
 
-@compiled
-def share_out(b: Buffers, fixed: int, rank: int, place: int) -> None:
-    """Note a dependent row and its shares in the hard working rows, whose sum it is."""
-    factor, columns = b.factor, b.of_columns
-    for i in range(rank - 1, -1, -1):
-        share = factor[place, fixed + i]
-        for k in range(i + 1, rank):
-            share -= factor[k, fixed + i] * columns[SHARE, k]
-        columns[SHARE, i] = share / factor[i, fixed + i]
-    b.numbers[DEPENDENT_ROW, 0] = b.numbers[ORDER, place]
-
-
-@compiled
+@inlined
 def take_soft_rows(p: Problem, b: Buffers, level: Level, hard: int) -> int:
     """Append the soft working rows; return the number of working rows."""
     signs, order = b.signs, b.numbers
@@ -206,7 +197,7 @@ def eliminate(b: Buffers, top: int, first: int, last: int) -> int:
     return rank
 
 
-@compiled
+@inlined
 def swap_places(b: Buffers, i: int, k: int) -> None:
     """Swap two working rows."""
     if i == k:
@@ -232,7 +223,7 @@ def reach_in_turn(b: Buffers, top: int, first: int, rank: int) -> None:
         steps[STEP, k] = rest / factor[i, k]
 
 
-@compiled
+@inlined
 def reach_soft_rows(b: Buffers, top: int, first: int, last: int, rank: int, size: float) -> bool:
     """Solve the eliminated soft rows for the step; tell whether it meets all of them."""
     factor, of_rows, steps = b.factor, b.of_rows, b.of_columns
@@ -300,67 +291,9 @@ def go(b: Buffers, fixed: int, reflectors: int, stop: int) -> None:
     """Turn the coordinates fixed..stop of the step into the step, and go to the next v."""
     columns, u = b.of_columns, b.reflectors
     n = columns.shape[1]
-    for c in range(fixed):
-        columns[STEP, c] = 0.0
-    for c in range(stop, n):
-        columns[STEP, c] = 0.0
+    columns[STEP, :fixed] = 0.0
+    columns[STEP, stop:] = 0.0
     for j in range(reflectors - 1, -1, -1):
         reflect(columns, STEP, u, j, n)
     for c in range(n):
         columns[NEXT_V, c] = columns[V, c] + columns[STEP, c]
-
-
-@compiled
-def weigh_by_violation(b: Buffers, level: Level, hard: int, last: int) -> None:
-    """Fill the multipliers of the hard working rows, and their noise, from the soft rows."""
-    factor, of_rows, columns = b.factor, b.of_rows, b.of_columns
-    columns[MULTIPLIER, :hard] = 0.0
-    rounding = 0.0
-    for i in range(hard, last):
-        norm, beyond = of_rows[NORM, b.numbers[ORDER, i]], of_rows[VIOLATION, i]
-        rounding += ROUNDING * norm * (norm * level.size + abs(beyond))
-        for j in range(hard):
-            columns[MULTIPLIER, j] -= beyond * factor[i, level.fixed + j]
-    weigh(b, level.fixed, hard, rounding)
-
-
-@compiled
-def weigh_by_goal(b: Buffers, level: Level, hard: int) -> None:
-    """Fill the multipliers of the hard working rows, and their noise, from the missed goal."""
-    columns = b.of_columns
-    for j in range(hard):
-        columns[MULTIPLIER, j] = -level.weight * columns[SCRATCH, j]
-    weigh(b, level.fixed, hard, ROUNDING * level.weight * level.size)
-
-
-@compiled
-def weigh(b: Buffers, fixed: int, hard: int, rounding: float) -> None:
-    """Solve triangle^T x = multipliers in place; scale the rounding by the inverse's columns.
-
-    Where a multiplier is far from rounding, the size of that is only estimated.
-    """
-    factor, columns = b.factor, b.of_columns
-    least = np.inf
-    for i in range(hard - 1, -1, -1):
-        least = min(least, abs(factor[i, fixed + i]))
-        columns[MULTIPLIER, i] /= factor[i, fixed + i]
-        for j in range(i):
-            columns[MULTIPLIER, j] -= factor[i, fixed + j] * columns[MULTIPLIER, i]
-    for j in range(hard):
-        columns[NOISE, j] = rounding / least
-        if abs(columns[MULTIPLIER, j]) < FAR_FROM_ROUNDING * columns[NOISE, j]:
-            columns[NOISE, j] = rounding * inverse_column(b, fixed, hard, j)
-
-
-@compiled
-def inverse_column(b: Buffers, fixed: int, hard: int, j: int) -> float:
-    """Return the norm of a column of the inverse of the triangle of hard working rows."""
-    factor, columns = b.factor, b.of_columns
-    squares = 0.0
-    for i in range(j, hard):
-        rest = 1.0 if i == j else 0.0
-        for k in range(j, i):
-            rest -= factor[i, fixed + k] * columns[SCRATCH, k]
-        columns[SCRATCH, i] = rest / factor[i, fixed + i]
-        squares += columns[SCRATCH, i] ** 2
-    return np.sqrt(squares)

@@ -2,5 +2,13 @@
 
 from equipoise.physics.engine import PhysicsEngine, PhysicsState
 from equipoise.physics.rigid import DivergedError, RigidContactEngine
+from equipoise.physics.slider import Slider, SliderMode
 
-__all__ = ["DivergedError", "PhysicsEngine", "PhysicsState", "RigidContactEngine"]
+__all__ = [
+    "DivergedError",
+    "PhysicsEngine",
+    "PhysicsState",
+    "RigidContactEngine",
+    "Slider",
+    "SliderMode",
+]

@@ -6,20 +6,34 @@ could have done so is judged elsewhere (`contacts.reaction_margins`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 from scipy.linalg import lapack
 
 from equipoise.contacts import ContactStack
 from equipoise.errors import EquipoiseError, InputError
-from equipoise.kinematics import KinematicsEvaluator
+from equipoise.kinematics import Kinematics, KinematicsEvaluator
 from equipoise.physics.engine import PhysicsState
+from equipoise.physics.slider import Slider, SliderMode, SliderState
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
 
 class DivergedError(EquipoiseError):
     """The simulated state is no longer finite."""
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Contact rows at one state: J, phi, J v - nu_c, and the wanted J a."""
+
+    J: Array
+    phi: Array
+    slip_speed: Array
+    wanted: Array
 
 
 class RigidContactEngine:
@@ -32,7 +46,8 @@ class RigidContactEngine:
 
     Args: `robot` is the true robot (payload, scaled masses); `joint_damping` [N m s/rad] acts
     implicitly, so that no value of it is too stiff for the step;
-    `control_dt` [s] is held over `substeps` physics steps.
+    `control_dt` [s] is held over `substeps` physics steps. `sliders` are objects behind one-row
+    contacts, which then only push (see `Slider`); their rows of `lam` are zero while free.
     Source: eq. (8). Differs from the print: second row `dJ/dt v - d nu_c/dt` (the dot is missing),
     torque on the actuated rows only, stabilised.
     """
@@ -50,6 +65,7 @@ class RigidContactEngine:
         velocity_gain: float = 0.7,
         joint_damping: float = 0.0,
         proximal: float = 1e-12,
+        sliders: Sequence[Slider] = (),
     ) -> None:
         if substeps < 1:
             raise InputError("the physics needs at least one step a control period", given=substeps)
@@ -61,6 +77,10 @@ class RigidContactEngine:
         self._damping = np.concatenate((np.zeros(6), np.full(robot.na, joint_damping)))
         self._diagonal = np.diag_indices(robot.nv)
         self._proximal = proximal
+        self.sliders = {slider: SliderState() for slider in sliders}
+        self._slider_rows = [(slider, contacts.rows[slider.contact].start) for slider in sliders]
+        pushed = {row for _, row in self._slider_rows}
+        self._bilateral = np.array([r for r in range(contacts.size) if r not in pushed], dtype=int)
         self._evaluator = KinematicsEvaluator(robot)
         self._dynamics = robot.model.createData()
         self._q = np.array(q_start, dtype=float)
@@ -69,6 +89,7 @@ class RigidContactEngine:
         self._t = 0.0
         self._control_dt = control_dt
         self._lam = np.zeros(contacts.size)
+        self.external = np.zeros(robot.nv)  # generalised force of whoever pushes, held in `step`
         self._drift = self._largest_residual()
 
     @property
@@ -82,7 +103,7 @@ class RigidContactEngine:
 
         Raises: `DivergedError` if the state is no longer finite.
         """
-        force = np.concatenate((np.zeros(6), tau))
+        force = np.concatenate((np.zeros(6), tau)) + self.external
         total = np.zeros(self.contacts.size)
         self._drift = 0.0
         for substep in range(self.substeps):
@@ -90,6 +111,7 @@ class RigidContactEngine:
             a, lam = self.accelerations(force)
             self._v = self._v + self.h * a
             self._q = pin.integrate(self.robot.model, self._q, self._v * self.h)
+            self._move_sliders()
             total += lam
             if not (np.isfinite(self._q).all() and np.isfinite(self._v).all()):
                 raise DivergedError(
@@ -99,6 +121,20 @@ class RigidContactEngine:
         self._ticks += 1
         self._t = self._ticks * self._control_dt
         return self.state
+
+    def stand(self) -> Array:
+        """Let the true robot stand at rest where it is; return the torque (na,) [N m] for it.
+
+        What joint torque sensors read on a robot that stands under its servos: the least reaction
+        of the bilateral contacts carries the base, nothing pushes a slider. That reaction is then
+        what is measured before the first step.
+        """
+        still = np.zeros(self.robot.nv)
+        gravity = pin.rnea(self.robot.model, self._dynamics, self._q, still, still)
+        J = self.contacts.jacobian(self._evaluator.at(self._q, still, self._t))[self._bilateral]
+        lam = np.linalg.lstsq(J[:, :6].T, gravity[:6], rcond=None)[0]
+        self._lam[self._bilateral] = lam
+        return (gravity - J.T @ lam)[6:]
 
     def accelerations(self, force: Array) -> tuple[Array, Array]:
         """Solve (8) at the present state for `a` (nv,) and `lam` (r,) under `force` (nv,)."""
@@ -112,32 +148,90 @@ class RigidContactEngine:
         if not self.contacts.size:
             a, _ = lapack.dpotrs(L, free, lower=1)
             return a, np.zeros(0)
-        J = self.contacts.jacobian(kin)
-        phi = self.contacts.residual(kin)
-        self._drift = max(self._drift, float(np.abs(phi).max()))
-        wanted = (
-            -self.contacts.drift(kin)
-            - self._position_gain * phi
-            - self._velocity_gain * (J @ self._v - self.contacts.rate(kin))
-        )
-        half, _ = lapack.dtrtrs(L, J.T, lower=1)
+        rows = self._rows(kin)
+        self._note_drift(rows.phi)
+        half, _ = lapack.dtrtrs(L, rows.J.T, lower=1)
         half_free, _ = lapack.dtrtrs(L, free, lower=1)
-        lam = self._multiplier(half.T @ half, wanted - half.T @ half_free)
+        lam = self._multipliers(rows, half.T @ half, half.T @ half_free)
         a, _ = lapack.dtrtrs(L, half_free + half @ lam, lower=1, trans=1)
         return a, lam
 
-    def _multiplier(self, delassus: Array, rhs: Array) -> Array:
-        scale = self._proximal * np.trace(delassus) / len(rhs)
-        regular = delassus + scale * np.eye(len(rhs))
-        factor, info = lapack.dpotrf(regular, lower=1)
+    def _rows(self, kin: Kinematics) -> _Rows:
+        J, phi = self.contacts.jacobian(kin), self.contacts.residual(kin)
+        for slider, row in self._slider_rows:
+            phi[row] += self.sliders[slider].travel  # the face moves away along the normal
+        slip_speed = J @ self._v - self.contacts.rate(kin)
+        wanted = (
+            -self.contacts.drift(kin) - self._position_gain * phi - self._velocity_gain * slip_speed
+        )
+        return _Rows(J, phi, slip_speed, wanted)
+
+    def _multipliers(self, rows: _Rows, delassus: Array, a_free: Array) -> Array:
+        """Return `lam` (r,): bilateral rows by (8), each slider in the mode that explains it."""
+        active = np.ones(len(a_free), dtype=bool)
+        compliance, rhs = np.zeros(len(a_free)), rows.wanted - a_free
+        for slider, row in self._slider_rows:
+            state = self.sliders[slider]
+            # Touching begins where the gap closes and ends where the hand would have to pull.
+            touching = state.mode is not SliderMode.FREE or rows.phi[row] <= 0.0
+            state.mode = SliderMode.STICK if touching else SliderMode.FREE
+            active[row] = touching
+        lam = self._solve(delassus, rhs, active, compliance)
+        for slider, row in self._slider_rows:
+            state = self.sliders[slider]
+            if state.mode is SliderMode.STICK and lam[row] < 0.0:
+                state.mode, active[row] = SliderMode.FREE, False
+            elif state.mode is SliderMode.STICK and lam[row] > slider.coulomb:
+                # v + h a = -(lam - coulomb) / viscosity, implicit in the viscous force
+                state.mode = SliderMode.SLIP
+                compliance[row] = 1.0 / (slider.viscosity * self.h)
+                rhs[row] = (
+                    slider.coulomb / (slider.viscosity * self.h)
+                    - rows.slip_speed[row] / self.h
+                    - a_free[row]
+                )
+            else:
+                continue
+            lam = self._solve(delassus, rhs, active, compliance)
+        return lam
+
+    def _solve(self, delassus: Array, rhs: Array, active: Array, compliance: Array) -> Array:
+        if active.all():
+            return self._regular_solve(delassus + np.diag(compliance), rhs)
+        lam = np.zeros(len(rhs))
+        kept = np.flatnonzero(active)
+        part = delassus[np.ix_(kept, kept)] + np.diag(compliance[kept])
+        lam[kept] = self._regular_solve(part, rhs[kept])
+        return lam
+
+    def _regular_solve(self, matrix: Array, rhs: Array) -> Array:
+        if not len(rhs):
+            return rhs
+        scale = self._proximal * np.trace(matrix) / len(rhs)
+        factor, info = lapack.dpotrf(matrix + scale * np.eye(len(rhs)), lower=1)
         if info != 0:
-            return np.linalg.lstsq(delassus, rhs, rcond=1e-12)[0]
+            return np.linalg.lstsq(matrix, rhs, rcond=1e-12)[0]
         lam, _ = lapack.dpotrs(factor, rhs, lower=1)
-        correction, _ = lapack.dpotrs(factor, rhs - delassus @ lam, lower=1)
+        correction, _ = lapack.dpotrs(factor, rhs - matrix @ lam, lower=1)
         return lam + correction
 
+    def _move_sliders(self) -> None:
+        """Advance each slider that slips by what its hand advanced."""
+        if not self._slider_rows:
+            return
+        kin = self._evaluator.at(self._q, self._v, self._t)
+        for slider, row in self._slider_rows:
+            state = self.sliders[slider]
+            if state.mode is SliderMode.SLIP:
+                reached = -self.contacts.residual(kin)[row]
+                state.travel = max(state.travel, float(reached))
+
+    def _note_drift(self, phi: Array) -> None:
+        if self._bilateral.size:
+            self._drift = max(self._drift, float(np.abs(phi[self._bilateral]).max()))
+
     def _largest_residual(self) -> float:
-        if not self.contacts.size:
+        if not self._bilateral.size:
             return 0.0
         phi = self.contacts.residual(self._evaluator.at(self._q, self._v, self._t))
-        return float(np.abs(phi).max())
+        return float(np.abs(phi[self._bilateral]).max())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,13 +11,8 @@ import numpy as np
 from equipoise.errors import InputError, NameNotFoundError, ScenarioError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.scenarios import schema
-from equipoise.scenarios.places import (
-    Places,
-    at_path,
-    check_handle,
-    check_object,
-    frame_of,
-)
+from equipoise.scenarios.places import Places, check_handle, check_target, to_waypoints
+from equipoise.scenarios.wording import at_path, frame_of
 from equipoise.spatial import pose
 from equipoise.tasks import (
     AttachedTrajectory,
@@ -27,8 +23,10 @@ from equipoise.tasks import (
     FramePoseTask,
     GazeTask,
     JointLimitsTask,
+    PoseTrajectory,
     PostureTask,
     Task,
+    TravelTrajectory,
     Waypoint,
     WaypointTrajectory,
 )
@@ -39,7 +37,9 @@ APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of
 def build_levels(scenario: schema.Scenario, places: Places) -> list[list[Task]]:
     """Return the levels of the run: contacts at level 0, then tasks by priority."""
     tasks = {name: _build(name, spec, scenario, places) for name, spec in _enabled(scenario)}
-    contacts = ContactTask("contacts", places.contacts, rate=scenario.control.contact_rate)
+    contacts = ContactTask(
+        "contacts", places.reference_schedule, rate=scenario.control.contact_rate
+    )
     return _by_priority(scenario, contacts, tasks)
 
 
@@ -48,19 +48,20 @@ def build_start_levels(
 ) -> list[list[Task]]:
     """Return the levels that lead from half-sitting (t = -APPROACH_TIME) to the start (t = 0).
 
-    Only the soles are in contact, and hands are led to their first target on a smooth way. That
-    way may cross an obstacle, which would hold the hands up for ever: it is first followed
-    without avoidance, which then only moves the posture away from what it should not touch.
+    At first only the soles are in contact, and hands are led to their first target on a smooth
+    way; that way may cross an obstacle, which would hold the hands up for ever, so it is followed
+    without avoidance. With it (and the contacts of time 0) the posture then only has to settle.
     """
     tasks = {}
     for name, spec in _enabled(scenario):
         if isinstance(spec, schema.AvoidanceSpec) and not with_avoidance:
             continue
-        if isinstance(spec, schema.HandOnObjectSpec):
-            tasks[name] = _approach(name, spec, scenario, places)
+        if isinstance(spec, schema.HandOnObjectSpec | schema.FrameWaySpec):
+            tasks[name] = _approach(_build(name, spec, scenario, places), places)
         else:
             tasks[name] = _build(name, spec, scenario, places)
-    contacts = ContactTask("contacts", places.soles, rate=scenario.control.contact_rate)
+    held = places.reference_schedule.at(0.0) if with_avoidance else places.soles
+    contacts = ContactTask("contacts", held, rate=scenario.control.contact_rate)
     return _by_priority(scenario, contacts, tasks)
 
 
@@ -99,16 +100,25 @@ def _hand_on_object(
     return FramePoseTask(name, places.robot.frame_id(spec.hand), target, rate=spec.rate)
 
 
-def _approach(
-    name: str, spec: schema.HandOnObjectSpec, scenario: schema.Scenario, places: Places
+def _frame_way(
+    name: str, spec: schema.FrameWaySpec, scenario: schema.Scenario, places: Places
 ) -> Task:
-    check_handle(scenario, spec.object, spec.hand, f"tasks.{name}.hand")
-    frame_id = places.robot.frame_id(spec.hand)
-    first = places.hand_trajectory(spec.hand, spec.object).at(0.0).T_world_target
-    way = WaypointTrajectory(
-        [Waypoint(-APPROACH_TIME, _at_half_sitting(places, frame_id)), Waypoint(0.0, first)]
-    )
+    frame_id = frame_of(places.robot, spec.frame, f"tasks.{name}.frame")
+    way: PoseTrajectory = to_waypoints(spec.waypoints)
+    if spec.travel_of is not None:
+        check_target(places, spec.travel_of, f"tasks.{name}.travel_of")
+        target = places.targets[spec.travel_of]
+        if isinstance(target, TravelTrajectory):
+            way = replace(target, body=way)
     return FramePoseTask(name, frame_id, way, rate=spec.rate)
+
+
+def _approach(task: FramePoseTask, places: Places) -> Task:
+    """Return the task that leads the same frame from half-sitting to its target of time 0."""
+    first = task.target.at(0.0).T_world_target
+    here = _at_half_sitting(places, task.frame_id)
+    way = WaypointTrajectory([Waypoint(-APPROACH_TIME, here), Waypoint(0.0, first)])
+    return FramePoseTask(task.name, task.frame_id, way, rate=task.rate)
 
 
 def _com_polygon(
@@ -130,14 +140,14 @@ def _joint_limits(
 
 
 def _gaze(name: str, spec: schema.GazeSpec, scenario: schema.Scenario, places: Places) -> Task:
-    check_object(scenario, spec.object, f"tasks.{name}.object")
+    check_target(places, spec.object, f"tasks.{name}.object")
     if places.robot.camera is None:
         raise ScenarioError(
             "the robot has no camera frame",
             path=f"tasks.{name}",
             remedy="Name one in the robot's YAML, or disable the task",
         )
-    target = AttachedTrajectory(places.objects[spec.object], pose(spec.offset))
+    target = AttachedTrajectory(places.targets[spec.object], pose(spec.offset))
     return GazeTask(name, places.robot.frame_id(places.robot.camera), target, rate=spec.rate)
 
 
@@ -175,6 +185,7 @@ def _posture(
 
 _BUILDERS: dict[type, Callable[..., Task]] = {
     schema.HoldFrameSpec: _hold_frame,
+    schema.FrameWaySpec: _frame_way,
     schema.HandOnObjectSpec: _hand_on_object,
     schema.ComPolygonSpec: _com_polygon,
     schema.JointLimitsSpec: _joint_limits,

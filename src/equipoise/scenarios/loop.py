@@ -14,6 +14,7 @@ from equipoise.physics import DivergedError
 from equipoise.runlog import RunWriter
 from equipoise.scenarios.read import resolved_text
 from equipoise.scenarios.simulation import Simulation
+from equipoise.scenarios.steering import StopRequested
 
 Progress = Callable[[float], None]
 
@@ -31,7 +32,8 @@ class RunOutcome:
     """How a run ended, at which time [s], and how long it took.
 
     `wall` [s] is the whole loop; `log_wall` [s] the part of it spent writing. `tick_us` are median
-    and 99th percentile [us] of motion and control, `physics_us` of the engine.
+    and 99th percentile [us] of motion and control, `physics_us` of the engine. `changes` says
+    what a person changed while it ran; pauses do not count into `wall`.
     """
 
     ending: Ending
@@ -41,6 +43,7 @@ class RunOutcome:
     tick_us: tuple[float, float]
     physics_us: tuple[float, float]
     note: str = ""
+    changes: tuple[str, ...] = ()
 
 
 def run_simulation(
@@ -71,9 +74,10 @@ def run_simulation(
                     progress(t)
         except DivergedError as error:
             ending, note = Ending.DIVERGED, str(error)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, StopRequested):
             ending = Ending.INTERRUPTED
-    wall = perf_counter() - began
+    helm = simulation.helm
+    wall = perf_counter() - began - (helm.steering.paused_s if helm is not None else 0.0)
     spent = simulation.tick_ns[: max(ticks, 1)] / 1000.0
     return RunOutcome(
         ending,
@@ -83,6 +87,7 @@ def run_simulation(
         _median_and_tail(spent[:, 0]),
         _median_and_tail(spent[:, 1]),
         note,
+        tuple(helm.changes) if helm is not None else (),
     )
 
 

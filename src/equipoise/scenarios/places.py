@@ -2,43 +2,75 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import Contact, ContactStack, GraspContact, SoleContact, SupportPolygon
+from equipoise.contacts import ContactSchedule, ContactStack, SoleContact, SupportPolygon
 from equipoise.contacts.support import sole_corners
 from equipoise.errors import InputError, NameNotFoundError, ScenarioError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot, get_robot
 from equipoise.scenarios import schema
-from equipoise.spatial import pose
-from equipoise.tasks import AttachedTrajectory, Waypoint, WaypointTrajectory
+from equipoise.scenarios.contact_maker import ContactMaker
+from equipoise.scenarios.wording import at_path, frame_of, to_pose
+from equipoise.spatial import Array
+from equipoise.tasks import (
+    AttachedTrajectory,
+    FixedPose,
+    PoseTrajectory,
+    TravelTrajectory,
+    Waypoint,
+    WaypointTrajectory,
+)
 from equipoise.world import Body, Scene, Shape
 
 
 @dataclass(frozen=True)
 class Places:
-    """Robot, scene and contacts of a scenario; `half_sitting` is its pose before it moves."""
+    """Robot, scene and contacts of a scenario.
+
+    `contacts` is every contact that ever holds, `schedule` which of them hold when, and
+    `reference_schedule` the same for the reference, whose pushed objects move as wanted.
+    `targets` are the wanted ways of objects and sliders; `sliders` are unit vectors (3,) along
+    which sliders go.
+    """
 
     robot: Robot
     scene: Scene
     soles: ContactStack
     contacts: ContactStack
+    schedule: ContactSchedule
+    reference_schedule: ContactSchedule
     polygon: SupportPolygon
-    objects: dict[str, WaypointTrajectory]
+    targets: dict[str, PoseTrajectory]
     handles: dict[tuple[str, str], pin.SE3]
+    sliders: dict[str, Array]
+
+    def scene_with(self, travels: Mapping[str, float]) -> Scene:
+        """Return the scene with each slider moved on by its travel [m]."""
+        if not travels:
+            return self.scene
+        bodies = []
+        for body in self.scene.bodies:
+            if body.name in travels:
+                T = body.T_parent_body
+                way = travels[body.name] * self.sliders[body.name]
+                body = replace(body, T_parent_body=pin.SE3(T.rotation, T.translation + way))
+            bodies.append(body)
+        return Scene(self.robot, bodies)
 
     def hand_trajectory(self, hand: str, obj: str) -> AttachedTrajectory:
         """Return how a palm moves that holds an object."""
-        return AttachedTrajectory(self.objects[obj], self.handles[obj, hand])
+        return AttachedTrajectory(self.targets[obj], self.handles[obj, hand])
 
 
 def build_places(scenario: schema.Scenario) -> Places:
     """Return robot, scene and contacts. Raises: `ScenarioError` naming the path of a wrong name."""
     robot = get_robot(scenario.robot)
-    objects = {name: _trajectory(spec) for name, spec in scenario.world.objects.items()}
+    targets = _targets(scenario)
     handles = {
         (name, hand): to_pose(spec)
         for name, obj in scenario.world.objects.items()
@@ -48,13 +80,15 @@ def build_places(scenario: schema.Scenario) -> Places:
         frame_of(robot, hand, f"world.objects.{obj}.handles.{hand}")
     scene = _scene(scenario, robot, handles)
     start = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
-    contacts: dict[str, Contact] = {}
-    for name, spec in scenario.contacts.items():
-        if isinstance(spec, schema.SoleContactSpec):
-            contacts[name] = _sole(name, spec, robot, start)
-        else:
-            contacts[name] = _grasp(name, spec, robot, handles)
-    soles = [c for c in contacts.values() if isinstance(c, SoleContact)]
+    makers = ContactMaker(scenario, robot, start, targets, handles)
+    contacts = [makers.make(name, spec) for name, spec in scenario.contacts.items()]
+    reference = [makers.make(name, spec, wanted=True) for name, spec in scenario.contacts.items()]
+    windows = {
+        name: (spec.start, spec.end)
+        for name, spec in scenario.contacts.items()
+        if isinstance(spec, schema.PushContactSpec)
+    }
+    soles = [c for c in contacts if isinstance(c, SoleContact)]
     if not soles:
         raise ScenarioError(
             "no sole stands on the floor",
@@ -67,30 +101,13 @@ def build_places(scenario: schema.Scenario) -> Places:
         robot,
         scene,
         ContactStack(soles),
-        ContactStack(list(contacts.values())),
+        ContactStack(contacts),
+        ContactSchedule(contacts, windows),
+        ContactSchedule(reference, windows),
         SupportPolygon.of_points(corners),
-        objects,
+        targets,
         handles,
-    )
-
-
-def to_pose(spec: schema.Pose) -> pin.SE3:
-    """Return the placement that a `Pose` section describes."""
-    return pose(spec.xyz, spec.rpy)
-
-
-def frame_of(robot: Robot, name: str, path: str) -> int:
-    """Return the id of a frame of the robot. Raises: `ScenarioError` with the path."""
-    try:
-        return robot.frame_id(name)
-    except NameNotFoundError as error:
-        raise at_path(error, path) from None
-
-
-def at_path(error: InputError, path: str) -> ScenarioError:
-    """Return the same complaint with the path of the scenario where it comes from."""
-    return ScenarioError(
-        error.problem, path=path, given=error.given, known=error.known, remedy=error.remedy
+        {name: np.array(spec.direction) for name, spec in scenario.world.sliders.items()},
     )
 
 
@@ -98,6 +115,12 @@ def check_object(scenario: schema.Scenario, name: str, path: str) -> None:
     """Refuse an object that the world does not have."""
     if name not in scenario.world.objects:
         raise at_path(NameNotFoundError("object", name, scenario.world.objects), path)
+
+
+def check_target(places: Places, name: str, path: str) -> None:
+    """Refuse a name that is neither an object nor a slider of the world."""
+    if name not in places.targets:
+        raise at_path(NameNotFoundError("object or slider", name, places.targets), path)
 
 
 def check_handle(scenario: schema.Scenario, obj: str, hand: str, path: str) -> None:
@@ -108,8 +131,25 @@ def check_handle(scenario: schema.Scenario, obj: str, hand: str, path: str) -> N
         raise at_path(NameNotFoundError(f"handle of {obj!r} named", hand, handles), path)
 
 
-def _trajectory(spec: schema.HeldObject) -> WaypointTrajectory:
-    return WaypointTrajectory([Waypoint(w.t, to_pose(w), w.stop) for w in spec.waypoints])
+def to_waypoints(specs: list[schema.WaypointSpec]) -> WaypointTrajectory:
+    """Return the trajectory through the waypoints of a scenario."""
+    return WaypointTrajectory([Waypoint(w.t, to_pose(w), w.stop) for w in specs])
+
+
+def _targets(scenario: schema.Scenario) -> dict[str, PoseTrajectory]:
+    targets: dict[str, PoseTrajectory] = {}
+    for name, obj in scenario.world.objects.items():
+        targets[name] = to_waypoints(obj.waypoints)
+    for name, slider in scenario.world.sliders.items():
+        travel = slider.travel
+        targets[name] = TravelTrajectory(
+            FixedPose(to_pose(slider.at)),
+            np.array(slider.direction),
+            travel.start,
+            travel.end,
+            travel.distance,
+        )
+    return targets
 
 
 def _shapes(specs: list[schema.ShapeSpec]) -> tuple[Shape, ...]:
@@ -117,11 +157,13 @@ def _shapes(specs: list[schema.ShapeSpec]) -> tuple[Shape, ...]:
     for spec in specs:
         colour = tuple(spec.colour)
         if spec.box is not None:
-            shapes.append(Shape("box", tuple(spec.box), to_pose(spec.at), colour))
+            kind, size = "box", tuple(spec.box)
+        elif spec.sphere is not None:
+            kind, size = "sphere", (2.0 * spec.sphere,) * 3
         else:
             radius, height = spec.cylinder or (0.0, 0.0)
-            size = (2.0 * radius, 2.0 * radius, height)
-            shapes.append(Shape("cylinder", size, to_pose(spec.at), colour))
+            kind, size = "cylinder", (2.0 * radius, 2.0 * radius, height)
+        shapes.append(Shape(kind, size, to_pose(spec.at), colour))
     return tuple(shapes)
 
 
@@ -130,7 +172,7 @@ def _scene(
 ) -> Scene:
     bodies = [
         Body(name, _shapes(spec.shapes), to_pose(spec.at))
-        for name, spec in scenario.world.bodies.items()
+        for name, spec in (*scenario.world.bodies.items(), *scenario.world.sliders.items())
     ]
     for name, spec in scenario.world.objects.items():
         first = next(iter(spec.handles))
@@ -139,44 +181,3 @@ def _scene(
         return Scene(robot, bodies)
     except InputError as error:
         raise at_path(error, "world") from None
-
-
-def _sole(name: str, spec: schema.SoleContactSpec, robot: Robot, start) -> SoleContact:
-    try:
-        sole = robot.sole(spec.sole)
-    except NameNotFoundError as error:
-        raise at_path(error, f"contacts.{name}.sole") from None
-    frame_id = robot.frame_id(sole.frame)
-    return SoleContact(
-        name=name,
-        supporting=True,
-        sole=sole,
-        friction=spec.friction,
-        frame_id=frame_id,
-        T_world_anchor=start.placement(frame_id),
-    )
-
-
-def _grasp(
-    name: str,
-    spec: schema.GraspContactSpec,
-    robot: Robot,
-    handles: dict[tuple[str, str], pin.SE3],
-) -> GraspContact:
-    path = f"contacts.{name}"
-    for hand in spec.hands:
-        if (spec.object, hand) not in handles:
-            known = [f"{obj} by {held}" for obj, held in handles]
-            error = NameNotFoundError("handle", f"{spec.object} by {hand}", known)
-            raise at_path(error, f"{path}.hands")
-    first, second = spec.hands
-    try:
-        return GraspContact(
-            name=name,
-            regulated=tuple(spec.regulated),
-            frame_a=robot.frame_id(first),
-            frame_b=robot.frame_id(second),
-            T_a_b=handles[spec.object, first].actInv(handles[spec.object, second]),
-        )
-    except NameNotFoundError as error:
-        raise at_path(error, f"{path}.regulated") from None

@@ -32,17 +32,18 @@ class Pose(Section):
 
 
 class ShapeSpec(Section):
-    """One convex shape: exactly one of `box` [x, y, z] and `cylinder` [radius, height]."""
+    """One convex shape: exactly one of `box` [x, y, z], `cylinder` [radius, height], `sphere`."""
 
     box: Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = None
     cylinder: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
+    sphere: Positive | None = None
     at: Pose = Pose(xyz=[0.0, 0.0, 0.0])
     colour: Colour = [0.72, 0.6, 0.45, 1.0]
 
     @model_validator(mode="after")
     def _one_shape(self) -> ShapeSpec:
-        if (self.box is None) == (self.cylinder is None):
-            raise ValueError("give exactly one of box and cylinder")
+        if sum(x is not None for x in (self.box, self.cylinder, self.sphere)) != 1:
+            raise ValueError("give exactly one of box, cylinder and sphere")
         return self
 
 
@@ -60,6 +61,14 @@ class WaypointSpec(Pose):
     stop: bool = False
 
 
+def _require_increasing(waypoints: list[WaypointSpec]) -> None:
+    for before, after in pairwise(w.t for w in waypoints):
+        if after <= before:
+            raise ValueError(
+                f"waypoint at t = {after:g} s lies in the past of the one at {before:g} s"
+            )
+
+
 class HeldObject(Section):
     """A massless rigid object in the hands, and its way through the world.
 
@@ -73,20 +82,60 @@ class HeldObject(Section):
 
     @model_validator(mode="after")
     def _times_increase(self) -> HeldObject:
-        times = [w.t for w in self.waypoints]
-        for before, after in pairwise(times):
-            if after <= before:
-                raise ValueError(
-                    f"waypoint at t = {after:g} s lies in the past of the one at {before:g} s"
-                )
+        _require_increasing(self.waypoints)
         return self
 
 
+class TravelSpec(Section):
+    """A minimum-jerk way of `distance` between two times, from rest to rest."""
+
+    start: NotNegative
+    end: NotNegative
+    distance: Positive
+
+    @model_validator(mode="after")
+    def _ordered(self) -> TravelSpec:
+        if self.end <= self.start:
+            raise ValueError("end must be after start")
+        return self
+
+
+class SliderSpec(Section):
+    """An object that is pushed over a surface: quasi-static, Coulomb and viscous friction.
+
+    It moves along `direction` (a unit vector of the world) when a hand pushes its `face` with more
+    than `friction * mass * 9.81`; every further newton gives 1/`viscosity` [N s/m] of speed.
+    `face` [m]: how far behind its origin, against the direction, the pushed face lies. `travel`
+    is the way it is wanted to go.
+    """
+
+    at: Pose
+    shapes: Annotated[list[ShapeSpec], Field(min_length=1)]
+    direction: Vector3
+    face: NotNegative
+    mass: Positive
+    friction: Positive
+    viscosity: Positive
+    travel: TravelSpec
+
+    @model_validator(mode="after")
+    def _unit(self) -> SliderSpec:
+        if abs(sum(x * x for x in self.direction) - 1.0) > 1e-6:
+            raise ValueError("direction must have length 1")
+        return self
+
+    @property
+    def coulomb(self) -> float:
+        """The force [N] below which it stays put."""
+        return self.friction * self.mass * 9.81
+
+
 class WorldSpec(Section):
-    """Fixed bodies by name, and objects held by the robot by name."""
+    """Fixed bodies, objects held by the robot, and objects it pushes, by name."""
 
     bodies: dict[Name, FixedBody] = {}
     objects: dict[Name, HeldObject] = {}
+    sliders: dict[Name, SliderSpec] = {}
 
 
 class ForceProfile(Section):
@@ -125,7 +174,63 @@ class GraspContactSpec(Section):
     regulated: dict[str, ForceProfile] = {}
 
 
-ContactSpec = Annotated[SoleContactSpec | GraspContactSpec, Field(discriminator="kind")]
+class SurfaceSpec(Section):
+    """A smooth surface: exactly one of `sphere` radius, `cylinder` radius, `plane` (true).
+
+    The cylinder's axis and the plane's normal are the z axis of its pose.
+    """
+
+    sphere: Positive | None = None
+    cylinder: Positive | None = None
+    plane: Literal[True] | None = None
+    at: Pose
+
+    @model_validator(mode="after")
+    def _one(self) -> SurfaceSpec:
+        if sum(x is not None for x in (self.sphere, self.cylinder, self.plane)) != 1:
+            raise ValueError("give exactly one of sphere, cylinder and plane")
+        return self
+
+
+class SurfaceContactSpec(Section):
+    """One row: a point of a frame (`offset` in its axes) slides on a surface without friction.
+
+    `force`: the wanted normal force, compression positive.
+    """
+
+    kind: Literal["surface"]
+    frame: str
+    offset: Vector3 = [0.0, 0.0, 0.0]
+    surface: SurfaceSpec
+    force: ForceProfile
+
+
+class PushContactSpec(Section):
+    """One row from `start` to `end`: a point of a hand pushes the face of a slider.
+
+    `force`: the wanted normal force without the part that the slider's viscosity asks for on its
+    wanted travel, which is added.
+    """
+
+    kind: Literal["push"]
+    hand: str
+    offset: Vector3 = [0.0, 0.0, 0.0]
+    slider: str
+    start: NotNegative
+    end: NotNegative
+    force: ForceProfile
+
+    @model_validator(mode="after")
+    def _ordered(self) -> PushContactSpec:
+        if self.end <= self.start:
+            raise ValueError("end must be after start")
+        return self
+
+
+ContactSpec = Annotated[
+    SoleContactSpec | GraspContactSpec | SurfaceContactSpec | PushContactSpec,
+    Field(discriminator="kind"),
+]
 
 
 class TaskBase(Section):
@@ -141,6 +246,21 @@ class HoldFrameSpec(TaskBase):
     kind: Literal["hold_frame"]
     frame: str
     rate: Positive = 10.0
+
+
+class FrameWaySpec(TaskBase):
+    """A frame follows waypoints of its own; with `travel_of` it also goes along with a slider."""
+
+    kind: Literal["frame_way"]
+    frame: str
+    waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
+    travel_of: str | None = None
+    rate: Positive = 10.0
+
+    @model_validator(mode="after")
+    def _times_increase(self) -> FrameWaySpec:
+        _require_increasing(self.waypoints)
+        return self
 
 
 class HandOnObjectSpec(TaskBase):
@@ -170,7 +290,7 @@ class JointLimitsSpec(TaskBase):
 
 
 class GazeSpec(TaskBase):
-    """The camera looks at a point of an object (`offset` in its axes)."""
+    """The camera looks at a point of an object or slider (`offset` in its axes)."""
 
     kind: Literal["gaze"]
     object: str
@@ -209,6 +329,7 @@ class PostureSpec(TaskBase):
 
 TaskSpec = Annotated[
     HoldFrameSpec
+    | FrameWaySpec
     | HandOnObjectSpec
     | ComPolygonSpec
     | JointLimitsSpec
@@ -245,15 +366,21 @@ class GainsSpec(Section):
     sgn_p: SignSpec = SignSpec()
     sgn_F: SignSpec = SignSpec(layer=0.5)
     integral_max: Positive = 10.0
+    handover: Positive = 0.3
     damp_violation: bool = False
 
 
 class ControlSpec(Section):
-    """Control period, hierarchy solver and gains."""
+    """Control period, hierarchy solver, gains, and how the robot is found.
+
+    `start`: `released`, nothing holds it and the first torque is zero; `standing`, it stands under
+    its servos and the law takes over the measured joint torques without a jump.
+    """
 
     period: Annotated[float, Field(gt=0.0, le=0.02)] = 0.001
     solver: Literal["active_set", "cascade", "daqp"] = "active_set"
     contact_rate: Positive = 10.0
+    start: Literal["released", "standing"] = "released"
     gains: GainsSpec = GainsSpec()
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from time import perf_counter_ns
 
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import ReactionMargins, SoleContact, reaction_margins
+from equipoise.contacts import Contact, ReactionMargins, SoleContact, reaction_margins
 from equipoise.control import (
     Command,
     ControlGains,
@@ -21,18 +21,21 @@ from equipoise.control import (
     Target,
     advise_gains,
 )
+from equipoise.distances import DistanceEvaluator
 from equipoise.hqp import Status, make_solver
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
 from equipoise.motion import MotionGenerator, MotionStep, solve_posture
-from equipoise.physics import PhysicsState, RigidContactEngine
+from equipoise.physics import PhysicsState, RigidContactEngine, Slider
 from equipoise.robots import Robot
 from equipoise.runlog import Channel
 from equipoise.scenarios import schema
 from equipoise.scenarios.levels import APPROACH_TIME, build_levels, build_start_levels
-from equipoise.scenarios.places import Places, at_path, build_places, check_object, frame_of
+from equipoise.scenarios.places import Places, build_places, check_object
+from equipoise.scenarios.steering import Helm, Steering
+from equipoise.scenarios.wording import at_path, frame_of
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask, FramePoseTask, Task
-from equipoise.world import DistanceEvaluator, Pair
+from equipoise.world import Pair
 
 CONTROL_CODES = {ControlStatus.RUN: 0.0, ControlStatus.SATURATED: 1.0, ControlStatus.HELD: 2.0}
 HIERARCHY_CODES = {Status.SOLVED: 0.0, Status.ITERATION_LIMIT: 1.0, Status.FAILED: 2.0}
@@ -53,17 +56,23 @@ class Simulation:
         self.pairs = _monitored_pairs(scenario, self.places, self.levels)
         self.q_start = self._starting_posture()
         self.advice = self._advice()
-        self.profiles = _profiles(scenario)
+        self.wanted_forces = wanted_forces(scenario, self.places)
         self.dt = scenario.control.period
         self.steps = round(scenario.duration / self.dt)
         self.motion = MotionGenerator(
             self.robot, self.levels, make_solver(scenario.control.solver), self.dt, self.q_start
         )
         self.controller = PassivityController(
-            self.robot, self.places.contacts, _gains(scenario.control.gains, self.advice), self.dt
+            self.robot,
+            self.places.schedule.at(0.0),
+            _gains(scenario.control.gains, self.advice),
+            self.dt,
         )
         self.engine = self._engine()
+        if scenario.control.start == "standing":
+            self.controller.take_over(self.engine.stand())
         self.tick_ns = np.zeros((self.steps, 2), dtype=np.int64)
+        self.helm: Helm | None = None
         self._measured_kinematics = KinematicsEvaluator(self.robot)
         self._distances = DistanceEvaluator(self.places.scene, self.pairs)
         self._frame_tasks = [
@@ -110,34 +119,54 @@ class Simulation:
             position_gain=physics.position_gain,
             velocity_gain=physics.velocity_gain,
             joint_damping=physics.joint_damping,
+            sliders=_sliders(self.scenario),
         )
 
     @property
     def channels(self) -> list[Channel]:
         """What every tick logs."""
-        return _channels(self.robot, self.places, self.levels, self.pairs)
+        channels = _channels(self.scenario, self.places, self.levels, self.pairs)
+        return channels + (self.helm.channels if self.helm is not None else [])
+
+    def steer(self, steering: Steering) -> None:
+        """Let someone change pushes, gains and wanted forces while it runs."""
+        self.helm = Helm(self, steering)
 
     def ticks(self) -> Iterator[tuple[float, dict[str, Array]]]:
         """Run; yield time and logged values of each tick. `lam` acts during the tick.
 
-        Raises: `DivergedError`.
+        Raises: `DivergedError`, `StopRequested`.
         """
         state = self.engine.state
         for k in range(self.steps):
             t = k * self.dt
+            if self.helm is not None:
+                self.helm.before_tick(t, state)
             began = perf_counter_ns()
             motion = self.motion.step(t)
-            lam_ref = np.array([profile.at(t) for profile in self.profiles])
-            command = self.controller.step(
-                t,
-                Measurement(state.q, state.v, state.lam),
-                Target(motion.q_ref, motion.v_ref, lam_ref),
-            )
+            command = self._control(t, state, motion)
             controlled = perf_counter_ns()
             after = self.engine.step(command.tau)
             self.tick_ns[k] = controlled - began, perf_counter_ns() - controlled
-            yield t, self._logged(t, state, motion, command, lam_ref, after)
+            values = self._logged(t, state, motion, command, after)
+            if self.helm is not None:
+                self.helm.after_tick(t, values)
+            yield t, values
             state = after
+
+    def _control(self, t: float, state: PhysicsState, motion: MotionStep) -> Command:
+        contacts = self.places.schedule.at(t)
+        if contacts is not self.controller.contacts:
+            self.controller.switch(contacts)
+        lam = self.places.contacts.split(state.lam)
+        return self.controller.step(
+            t,
+            Measurement(state.q, state.v, np.concatenate([lam[c.name] for c in contacts.contacts])),
+            Target(motion.q_ref, motion.v_ref, self._lam_ref(t, contacts.contacts)),
+        )
+
+    def _lam_ref(self, t: float, contacts: Sequence[Contact]) -> Array:
+        return np.array([wanted(t) for c in contacts for wanted in self.wanted_forces[c.name]])
 
     def _logged(
         self,
@@ -145,7 +174,6 @@ class Simulation:
         state: PhysicsState,
         motion: MotionStep,
         command: Command,
-        lam_ref: Array,
         after: PhysicsState,
     ) -> dict[str, Array]:
         kin = self._measured_kinematics.at(state.q, state.v)
@@ -166,23 +194,29 @@ class Simulation:
                 [CONTROL_CODES[command.status], HIERARCHY_CODES[motion.solution.status]]
             ),
         }
-        self._log_contacts(values, after, lam_ref)
+        self._log_contacts(values, t, after)
+        self._log_sliders(values, t)
         for task in self._frame_tasks:
             values[f"error/{task.name}"] = task.error(kin, t)
         return values
 
-    def _log_contacts(self, values: dict[str, Array], after: PhysicsState, lam_ref: Array) -> None:
-        used = 0
+    def _log_contacts(self, values: dict[str, Array], t: float, after: PhysicsState) -> None:
+        holding = {contact.name for contact in self.places.schedule.at(t).contacts}
         for contact in self.places.contacts.contacts:
             lam = after.lam[self.places.contacts.rows[contact.name]]
             values[f"lam/{contact.name}"] = lam
-            count = len(contact.regulated)
-            if count:
-                values[f"lam_ref/{contact.name}"] = lam_ref[used : used + count]
-                used += count
+            if contact.regulated:
+                wanted = self._lam_ref(t, [contact])
+                values[f"lam_ref/{contact.name}"] = wanted * (contact.name in holding)
             if isinstance(contact, SoleContact):
                 margins = reaction_margins(lam, contact.sole, contact.friction)
                 values[f"margin/{contact.name}"] = margins.as_array()
+
+    def _log_sliders(self, values: dict[str, Array], t: float) -> None:
+        for slider, state in self.engine.sliders.items():
+            spec = self.scenario.contacts[slider.contact]
+            target = self.places.targets[spec.slider]
+            values[f"slider/{spec.slider}"] = np.array([state.travel, target.travel(t)[0]])
 
     def kinematics(self, q: Array) -> Kinematics:
         """Return the kinematics of the nominal robot at `q` (nq,), at rest."""
@@ -226,12 +260,37 @@ def _monitored_pairs(
     return list(pairs.values())
 
 
-def _profiles(scenario: schema.Scenario) -> list[Profile]:
+def wanted_forces(
+    scenario: schema.Scenario, places: Places
+) -> dict[str, list[Callable[[float], float]]]:
+    """Return by contact the wanted multiplier of each regulated row as a function of time."""
+    wanted: dict[str, list[Callable[[float], float]]] = {}
+    for name, spec in scenario.contacts.items():
+        if isinstance(spec, schema.GraspContactSpec):
+            wanted[name] = [Profile.of(p.times, p.values).at for p in spec.regulated.values()]
+        elif isinstance(spec, schema.SurfaceContactSpec):
+            wanted[name] = [Profile.of(spec.force.times, spec.force.values).at]
+        elif isinstance(spec, schema.PushContactSpec):
+            wanted[name] = [_pushing_force(spec, scenario, places)]
+        else:
+            wanted[name] = []
+    return wanted
+
+
+def _pushing_force(
+    spec: schema.PushContactSpec, scenario: schema.Scenario, places: Places
+) -> Callable[[float], float]:
+    profile = Profile.of(spec.force.times, spec.force.values)
+    slider, target = scenario.world.sliders[spec.slider], places.targets[spec.slider]
+    return lambda t: profile.at(t) + slider.viscosity * target.travel(t)[1]
+
+
+def _sliders(scenario: schema.Scenario) -> list[Slider]:
+    sliders = scenario.world.sliders
     return [
-        Profile.of(profile.times, profile.values)
-        for contact in scenario.contacts.values()
-        if isinstance(contact, schema.GraspContactSpec)
-        for profile in contact.regulated.values()
+        Slider(name, sliders[spec.slider].coulomb, sliders[spec.slider].viscosity)
+        for name, spec in scenario.contacts.items()
+        if isinstance(spec, schema.PushContactSpec)
     ]
 
 
@@ -246,8 +305,9 @@ def _gains(spec: schema.GainsSpec, advice: GainAdvice) -> ControlGains:
 
 
 def _channels(
-    robot: Robot, places: Places, levels: list[list[Task]], pairs: list[Pair]
+    scenario: schema.Scenario, places: Places, levels: list[list[Task]], pairs: list[Pair]
 ) -> list[Channel]:
+    robot = places.robot
     q_labels = ("x", "y", "z", "qx", "qy", "qz", "qw", *robot.joint_names)
     q_units = ("m", "m", "m", "", "", "", "", *("rad",) * robot.na)
     v_units = (*("m/s",) * 3, *("rad/s",) * (robot.na + 3))
@@ -291,6 +351,9 @@ def _channels(
                     "distance of the reaction to what a floor cannot give",
                 )
             )
+    for name in scenario.world.sliders:
+        doc = "way of the pushed object, and the wanted one"
+        channels.append(Channel(f"slider/{name}", ("travel", "wanted"), "m", doc))
     for level in levels:
         for task in level:
             if isinstance(task, FramePoseTask):

@@ -13,6 +13,7 @@ from equipoise.tasks.trajectory import (
     FixedPose,
     PoseSample,
     PoseTrajectory,
+    TravelTrajectory,
     Waypoint,
     WaypointTrajectory,
 )
@@ -30,6 +31,7 @@ __all__ = [
     "PoseTrajectory",
     "PostureTask",
     "Task",
+    "TravelTrajectory",
     "Waypoint",
     "WaypointTrajectory",
 ]

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from equipoise.distances import DistanceEvaluator, EndDistances
 from equipoise.errors import InputError
 from equipoise.hqp import Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
 from equipoise.tasks.base import Task
-from equipoise.world import DistanceEvaluator, Pair, Scene
+from equipoise.world import Pair, Scene
 
 
 class AvoidanceTask(Task):
@@ -43,7 +44,9 @@ class AvoidanceTask(Task):
         self.security = security
         self.damping = damping
         self._distances = DistanceEvaluator(scene, pairs)
-        self._upper = np.full(len(self.pairs), np.inf)
+        self._ends = EndDistances(scene, pairs)
+        self._row_labels = (*self.labels, *self._ends.labels)
+        self._upper = np.full(len(self._row_labels), np.inf)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -56,18 +59,29 @@ class AvoidanceTask(Task):
         return ("m",) * len(self.pairs)
 
     def rows(self, kin: Kinematics, t: float) -> Rows:
-        """Return one lower-bounded row a pair; pairs beyond the influence distance are free."""
-        A = np.zeros((len(self.pairs), kin.robot.nv))
-        lower = np.full(len(self.pairs), -np.inf)
-        slope = self.damping / (self.influence - self.security)
+        """Return one lower-bounded row a pair, and one for each capsule end in it.
+
+        Pairs beyond the influence distance are free.
+        """
+        count = len(self.pairs)
+        A = np.zeros((len(self._row_labels), kin.robot.nv))
+        lower = np.full(len(self._row_labels), -np.inf)
         distances = self._distances.at(kin)
         near = np.flatnonzero(distances < self.influence)
         if near.size:
             A[near] = self._distances.jacobian(kin, near)
-            lower[near] = -slope * (distances[near] - self.security)
-        return Rows(self.name, "m/s", self.labels, A, lower, self._upper)
+            lower[near] = self._bound(distances[near])
+            ends = self._ends.rows_of(near)
+            distances, rates = self._ends.at(kin, ends)
+            close = np.flatnonzero(distances < self.influence)
+            A[count + ends[close]] = rates[close]
+            lower[count + ends[close]] = self._bound(distances[close])
+        return Rows(self.name, "m/s", self._row_labels, A, lower, self._upper)
+
+    def _bound(self, distances: Array) -> Array:
+        slope = self.damping / (self.influence - self.security)
+        return -slope * (distances - self.security)
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [m] each pair is below the security distance."""
         return np.maximum(0.0, self.security - self._distances.at(kin))
-

@@ -121,6 +121,36 @@ class AttachedTrajectory(PoseTrajectory):
 
 
 @dataclass(frozen=True)
+class TravelTrajectory(PoseTrajectory):
+    """A body that goes `distance` [m] along `direction` (3,) with minimum jerk, without turning."""
+
+    body: PoseTrajectory
+    direction: Array
+    start: float
+    end: float
+    distance: float
+
+    def travel(self, t: float) -> tuple[float, float, float]:
+        """Return how far it has gone [m], its speed [m/s] and acceleration [m/s^2] at `t` [s]."""
+        span = self.end - self.start
+        x = min(max((t - self.start) / span, 0.0), 1.0)
+        way = x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
+        rate = 30.0 * x * x * (1.0 - x) ** 2 / span
+        bend = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / span**2
+        return self.distance * way, self.distance * rate, self.distance * bend
+
+    def at(self, t: float) -> PoseSample:
+        """Return the pose and its rate at time `t` [s]."""
+        sample = self.body.at(t)
+        way, speed, _ = self.travel(t)
+        T = sample.T_world_target
+        moved = pin.SE3(T.rotation, T.translation + way * self.direction)
+        twist = sample.twist_world.copy()
+        twist[:3] += speed * self.direction
+        return PoseSample(moved, twist)
+
+
+@dataclass(frozen=True)
 class _Piece:
     """One rest-to-rest spline."""
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from equipoise.analysis.limbs import limbs_of
-from equipoise.runlog import Run
+from equipoise.runlog import Channel
 from equipoise.scenarios.places import Places
 from equipoise.spatial import Array
 
+Channels = Mapping[str, Channel]
 Compute = Callable[[Mapping[str, Array]], Array]
 MOST_CURVES = 6
 LEAST_SLACK = 1e-16  # what a logarithmic axis shows for nothing
@@ -36,11 +37,11 @@ class Plot:
     many: bool = False
 
 
-def plots_of(run: Run, places: Places) -> dict[str, Plot]:
-    """Return every plot that the run has channels for, by title."""
+def plots_of(channels: Channels, places: Places) -> dict[str, Plot]:
+    """Return every plot that there are channels for, by title."""
     makers = (_posture, _hands, _forces, _torques, _distances, _slack, _energy, _sliding, _balance)
-    plots = [plot for make in makers if (plot := make(run, places)) is not None]
-    plots += _joints(run, places)
+    plots = [plot for make in makers if (plot := make(channels, places)) is not None]
+    plots += _joints(channels, places)
     return {plot.title: plot for plot in plots}
 
 
@@ -56,8 +57,8 @@ def _largest(channel: str, columns: list[int], scale: float | Array) -> Compute:
     return lambda arrays: (np.abs(arrays[channel][:, columns]) * scale).max(axis=1)
 
 
-def _posture(run: Run, places: Places) -> Plot | None:
-    if "dq" not in run.channels:
+def _posture(channels: Channels, places: Places) -> Plot | None:
+    if "dq" not in channels:
         return None
     curves = [
         Curve(limb.title, _largest("dq", [6 + i for i in limb.joints], 1e3))
@@ -66,8 +67,8 @@ def _posture(run: Run, places: Places) -> Plot | None:
     return Plot("Posture error", "mrad", tuple(curves[:MOST_CURVES]))
 
 
-def _hands(run: Run, places: Places) -> Plot | None:
-    names = [name for name in run.channels if name.startswith("error/")]
+def _hands(channels: Channels, places: Places) -> Plot | None:
+    names = [name for name in channels if name.startswith("error/")]
     curves = [
         Curve(name.removeprefix("error/"), _length(name, slice(0, 3), 1e3))
         for name in names[-MOST_CURVES:]
@@ -75,15 +76,15 @@ def _hands(run: Run, places: Places) -> Plot | None:
     return Plot("Task errors (position)", "mm", tuple(curves)) if curves else None
 
 
-def _forces(run: Run, places: Places) -> Plot | None:
+def _forces(channels: Channels, places: Places) -> Plot | None:
     curves = []
     for contact in places.contacts.contacts:
         name = contact.name
-        if f"lam/{name}" not in run.channels:
+        if f"lam/{name}" not in channels:
             continue
-        labels = run.channels[f"lam/{name}"].labels
-        if f"lam_ref/{name}" in run.channels:
-            for i, row in enumerate(run.channels[f"lam_ref/{name}"].labels):
+        labels = channels[f"lam/{name}"].labels
+        if f"lam_ref/{name}" in channels:
+            for i, row in enumerate(channels[f"lam_ref/{name}"].labels):
                 curves.append(Curve(f"{name} {row}", _column(f"lam/{name}", labels.index(row))))
                 curves.append(Curve(f"{name} {row} wanted", _column(f"lam_ref/{name}", i)))
         elif "fz" in labels:
@@ -91,8 +92,8 @@ def _forces(run: Run, places: Places) -> Plot | None:
     return Plot("Contact forces", "N", tuple(curves[:MOST_CURVES])) if curves else None
 
 
-def _torques(run: Run, places: Places) -> Plot | None:
-    if "tau" not in run.channels:
+def _torques(channels: Channels, places: Places) -> Plot | None:
+    if "tau" not in channels:
         return None
     robot = places.robot
     curves = [
@@ -102,40 +103,40 @@ def _torques(run: Run, places: Places) -> Plot | None:
     return Plot("Torques", "% of the limit", tuple(curves[:MOST_CURVES]))
 
 
-def _distances(run: Run, places: Places) -> Plot | None:
-    if "distance" not in run.channels:
+def _distances(channels: Channels, places: Places) -> Plot | None:
+    if "distance" not in channels:
         return None
-    labels = run.channels["distance"].labels
+    labels = channels["distance"].labels
     curves = [Curve(label, _column("distance", i, 1e3)) for i, label in enumerate(labels)]
     return Plot("Distances", "mm", tuple(curves), many=True) if curves else None
 
 
-def _slack(run: Run, places: Places) -> Plot | None:
-    if "slack" not in run.channels:
+def _slack(channels: Channels, places: Places) -> Plot | None:
+    if "slack" not in channels:
         return None
 
     def of_level(i: int) -> Compute:
         return lambda arrays: np.maximum(arrays["slack"][:, i], LEAST_SLACK)
 
-    labels = run.channels["slack"].labels
+    labels = channels["slack"].labels
     curves = [Curve(label, of_level(i)) for i, label in enumerate(labels)]
     return Plot("Slack of the levels", "", tuple(curves), logarithmic=True)
 
 
-def _energy(run: Run, places: Places) -> Plot | None:
-    names = [name for name in run.channels if name in ("V", "energy", "storage")]
+def _energy(channels: Channels, places: Places) -> Plot | None:
+    names = [name for name in channels if name in ("V", "energy", "storage")]
     curves = [
         Curve(f"{name} {label}", _column(name, i))
         for name in names
-        for i, label in enumerate(run.channels[name].labels)
+        for i, label in enumerate(channels[name].labels)
     ]
     return Plot("Storage function V", "J", tuple(curves[:MOST_CURVES])) if curves else None
 
 
-def _sliding(run: Run, places: Places) -> Plot | None:
-    if "s" not in run.channels:
+def _sliding(channels: Channels, places: Places) -> Plot | None:
+    if "s" not in channels:
         return None
-    size = run.channels["s"].size
+    size = channels["s"].size
     curves = (
         Curve("largest joint", _largest("s", list(range(6, size)), 1.0)),
         Curve("base, turning", _largest("s", [3, 4, 5], 1.0)),
@@ -143,19 +144,19 @@ def _sliding(run: Run, places: Places) -> Plot | None:
     return Plot("Extended error s", "rad/s", curves)
 
 
-def _balance(run: Run, places: Places) -> Plot | None:
-    if "com_margin" not in run.channels:
+def _balance(channels: Channels, places: Places) -> Plot | None:
+    if "com_margin" not in channels:
         return None
     curves = [Curve("CoM to the edge", _column("com_margin", 0, 1e3))]
-    for name, channel in run.channels.items():
+    for name, channel in channels.items():
         if name.startswith("margin/") and "pressure" in channel.labels:
             label = f"CoP in {name.removeprefix('margin/')}"
             curves.append(Curve(label, _column(name, channel.labels.index("pressure"), 1e3)))
     return Plot("Balance: room to the edge", "mm", tuple(curves[:MOST_CURVES]))
 
 
-def _joints(run: Run, places: Places) -> list[Plot]:
-    if "q" not in run.channels or "q_ref" not in run.channels:
+def _joints(channels: Channels, places: Places) -> list[Plot]:
+    if "q" not in channels or "q_ref" not in channels:
         return []
     return [
         Plot(

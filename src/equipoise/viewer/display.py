@@ -15,19 +15,18 @@ from equipoise.scenarios.places import Places
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask
 from equipoise.viewer.drawing import (
+    GHOST_INSET,
     GHOST_OPACITY,
     GHOST_RGB,
     Drawing,
     robot_parts,
-    world_parts,
 )
 from equipoise.viewer.hierarchy_panel import HierarchyPanel
 from equipoise.viewer.layers import BalanceLayer, DistanceLayer, ForceLayer
 from equipoise.viewer.showing import Moment, Showable
+from equipoise.viewer.surroundings import Surroundings
 from equipoise.viewer.trail import TrailLayer
 from equipoise.world import Pair
-
-ROBOT_OPACITY = 0.85
 
 
 class Display:
@@ -42,13 +41,18 @@ class Display:
         self._ghost_data = places.robot.model.createData()
         _set_stage(server)
         robot = robot_parts(places.scene)
-        self._robot = Drawing(server.scene, "/robot", robot, opacity=ROBOT_OPACITY)
+        self._robot = Drawing(server.scene, "/robot", robot)
         self._ghost = Drawing(
-            server.scene, "/ghost", robot, colour=GHOST_RGB, opacity=GHOST_OPACITY
+            server.scene,
+            "/ghost",
+            robot,
+            colour=GHOST_RGB,
+            opacity=GHOST_OPACITY,
+            inset=GHOST_INSET,
         )
-        self._world = Drawing(server.scene, "/world", world_parts(places.scene))
         self.trails = TrailLayer(server.scene, places)
         self.layers = (
+            Surroundings(server.scene, scenario, places),
             ForceLayer(server.scene, places),
             BalanceLayer(server.scene, places),
             DistanceLayer(server.scene, places, _pairs(scenario, places, self.levels)),
@@ -61,19 +65,17 @@ class Display:
         things: dict[str, Showable] = {
             "Robot": self._robot,
             "Reference (ghost)": self._ghost,
-            "World": self._world,
             **{layer.title: layer for layer in self.layers},
         }
         for title, thing in things.items():
             box = gui.add_checkbox(title, initial_value=True)
             box.on_update(lambda event, thing=thing: thing.set_visible(event.target.value))
-        solidity = gui.add_slider(
-            "Robot solidity", min=0.1, max=1.0, step=0.05, initial_value=ROBOT_OPACITY
-        )
+        solidity = gui.add_slider("Robot solidity", min=0.1, max=1.0, step=0.05, initial_value=1.0)
         solidity.on_update(lambda event: self._robot.set_opacity(event.target.value))
         gui.add_markdown(
             "*Red arrows: force on the robot, 1 m is 1000 N at a sole and 100 N at a hand; "
-            "orange: wanted. Black: centre of mass, red dot: centre of pressure.*"
+            "orange: wanted. Black: centre of mass, red dot: centre of pressure. The ghost comes "
+            "out of the robot where the two differ by more than 3 mm.*"
         )
 
     def add_hierarchy(self) -> None:
@@ -90,9 +92,7 @@ class Display:
     def show(self, moment: Moment) -> None:
         """Draw everything of a moment but the table."""
         with self.server.atomic():
-            placements = moment.kin.pin_data.oMi
-            self._robot.place(placements)
-            self._world.place(placements)
+            self._robot.place(moment.kin.pin_data.oMi)
             for layer in self.layers:
                 layer.show(moment)
             q_ref = moment.values.get("q_ref")
@@ -111,8 +111,8 @@ def _set_stage(server: viser.ViserServer) -> None:
         "/floor", width=4.0, height=4.0, cell_size=0.1, section_size=0.5, plane="xy"
     )
     server.scene.configure_default_lights(cast_shadow=False)
-    server.initial_camera.position = (2.3, -1.7, 1.5)
-    server.initial_camera.look_at = (0.2, 0.0, 0.75)
+    server.initial_camera.position = (1.75, -1.4, 1.25)
+    server.initial_camera.look_at = (0.2, 0.0, 0.65)
 
 
 def _pairs(scenario: schema.Scenario, places: Places, levels: list) -> list[Pair]:

@@ -9,16 +9,21 @@ import pinocchio as pin
 import viser
 
 from equipoise.analysis.stage import Part, Stage
+from equipoise.analysis.tessellation import tessellate
 from equipoise.spatial import Array
 from equipoise.viewer.showing import Showable
 from equipoise.world import Scene
 
-GHOST_RGB, GHOST_OPACITY = (90, 160, 255), 0.3
+GHOST_RGB, GHOST_OPACITY = (60, 130, 255), 0.4
+GHOST_INSET = 0.003  # [m] inwards, so that only what differs from the robot comes out of it
 _STILL = 1e-7  # a joint that moved less is not sent again
 
 
 class Drawing(Showable):
-    """Parts under `root`, one node a joint; `colour` replaces their own colours."""
+    """Parts under `root`, one node a joint.
+
+    `colour` replaces their own colours; `inset` [m] moves their surfaces inwards.
+    """
 
     def __init__(
         self,
@@ -28,6 +33,7 @@ class Drawing(Showable):
         *,
         colour: tuple[int, int, int] | None = None,
         opacity: float | None = None,
+        inset: float = 0.0,
     ) -> None:
         self._scene = scene
         self._top = scene.add_frame(root, show_axes=False)
@@ -40,7 +46,7 @@ class Drawing(Showable):
         for joint in self._joints:
             mine = [part for part in parts if part.joint == joint]
             for k, (rgb, same) in enumerate(_by_colour(mine, colour).items()):
-                vertices, triangles = _joined(same)
+                vertices, triangles = _joined(same, inset)
                 name = f"{root}/joint{joint}/shape{k}"
                 mesh = scene.add_mesh_simple(
                     name, vertices, triangles, color=rgb, opacity=opacity, cast_shadow=False
@@ -56,6 +62,10 @@ class Drawing(Showable):
         """Make everything translucent; 1 is solid."""
         for mesh in self._meshes:
             mesh.opacity = None if opacity >= 1.0 else opacity
+
+    def shift(self, offset: Array) -> None:
+        """Move everything by `offset` (3,) [m], world axes."""
+        self._top.position = offset
 
     def place(self, placements: Sequence[pin.SE3]) -> None:
         """Move every joint's node to its placement in the world."""
@@ -75,9 +85,16 @@ def robot_parts(scene: Scene) -> tuple[Part, ...]:
     return Stage(Scene(scene.robot)).parts
 
 
-def world_parts(scene: Scene) -> tuple[Part, ...]:
-    """Return the meshes of everything but the robot."""
-    return Stage(scene).parts[len(robot_parts(scene)) :]
+def body_parts(scene: Scene, name: str) -> list[Part]:
+    """Return the meshes of a body of the world."""
+    parts = []
+    for index in scene.shapes_of(name):
+        shape = scene.geometry.geometryObjects[index]
+        mesh = tessellate(shape.geometry)
+        if mesh is not None:
+            rgb = np.clip(np.asarray(shape.meshColor, dtype=float)[:3], 0.0, 1.0)
+            parts.append(Part(shape.parentJoint, mesh.moved(shape.placement), rgb))
+    return parts
 
 
 def _by_colour(
@@ -90,9 +107,9 @@ def _by_colour(
     return groups
 
 
-def _joined(parts: Sequence[Part]) -> tuple[Array, Array]:
+def _joined(parts: Sequence[Part], inset: float) -> tuple[Array, Array]:
     starts = np.cumsum([0, *(len(part.mesh.vertices) for part in parts)])
-    vertices = np.vstack([part.mesh.vertices for part in parts])
+    vertices = np.vstack([p.mesh.vertices - inset * p.mesh.normals for p in parts])
     triangles = np.vstack(
         [part.mesh.triangles + start for part, start in zip(parts, starts, strict=False)]
     )

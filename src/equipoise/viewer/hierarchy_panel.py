@@ -63,9 +63,13 @@ def _task_row(task: Task, moment: Moment) -> str:
     met = value <= MET.get(unit, 0.0)
     where = f' <span class="where">{escape(label)}</span>' if not met else ""
     return (
-        f"<tr><td>{escape(task.name)}{where}</td><td>{value * scale:.3g} {shown}</td>"
+        f"<tr><td>{escape(task.name)}{where}</td><td>{_short(value * scale)} {shown}</td>"
         f"<td>{_mark(met)}</td></tr>"
     )
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}" if value >= 1e-3 else "&lt; 0.001"
 
 
 def _mark(met: bool) -> str:

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio as pin
 import viser
 
-from equipoise.contacts import GraspContact, SoleContact
+from equipoise.contacts import (
+    Contact,
+    GraspContact,
+    MovingSurfaceContact,
+    PointContact,
+    SoleContact,
+    SurfaceContact,
+)
+from equipoise.distances import DistanceEvaluator
 from equipoise.scenarios.places import Places
 from equipoise.spatial import Array
 from equipoise.viewer.showing import Layer, Moment
-from equipoise.world import DistanceEvaluator, Pair
+from equipoise.world import Pair
 
 MEASURED, WANTED = (214, 40, 40), (255, 170, 0)
 COM, PRESSURE, POLYGON = (30, 30, 30), (214, 40, 40), (0, 140, 90)
@@ -22,6 +29,8 @@ NEAREST_PAIRS = 5
 
 class ForceLayer(Layer):
     """Contact forces on the robot as arrows to scale, wanted ones beside them where they exist.
+
+    An arrow ends where the force acts, so that a sole's comes up out of the floor.
 
     `support_scale` and `hand_scale` are metres a newton.
     """
@@ -45,11 +54,11 @@ class ForceLayer(Layer):
                 continue
             if isinstance(contact, SoleContact):
                 measured += _sole_arrow(contact, lam, self.support_scale)
-            elif isinstance(contact, GraspContact):
-                measured += _grasp_arrows(contact, moment, lam[:3], self.hand_scale, 0.0)
-                target = _wanted_force(contact, moment)
-                if target is not None:
-                    wanted += _grasp_arrows(contact, moment, target, self.hand_scale, BESIDE)
+                continue
+            measured += _hand_arrows(contact, moment, lam, self.hand_scale, 0.0)
+            target = _wanted_rows(contact, moment)
+            if target is not None:
+                wanted += _hand_arrows(contact, moment, target, self.hand_scale, BESIDE)
         _draw(self._measured, measured)
         _draw(self._wanted, wanted)
 
@@ -139,31 +148,39 @@ def _sole_arrow(contact: SoleContact, lam: Array, scale: float) -> list[Array]:
         return []
     T = contact.T_world_anchor
     foot = T.act(_pressure_in_sole(lam))
-    return [np.array([foot, foot + scale * (T.rotation @ lam[:3])])]
+    return [np.array([foot - scale * (T.rotation @ lam[:3]), foot])]
 
 
-def _grasp_arrows(
-    contact: GraspContact, moment: Moment, force: Array, scale: float, beside: float
+def _hand_arrows(
+    contact: Contact, moment: Moment, lam: Array, scale: float, beside: float
 ) -> list[Array]:
-    """Return the arrows of the force on b and of its opposite on a, shifted up by `beside`."""
-    T_a: pin.SE3 = moment.kin.placement(contact.frame_a)
-    T_b: pin.SE3 = moment.kin.placement(contact.frame_b)
-    way = scale * (T_a.rotation @ force)
+    """Return the arrows of a contact's rows `lam`, shifted up by `beside` [m]."""
+    if not np.isfinite(lam).all() or not lam.any():
+        return []
     shift = np.array([0.0, 0.0, beside])
-    on_b, on_a = T_b.translation + shift, T_a.translation + shift
-    return [np.array([on_b, on_b + way]), np.array([on_a, on_a - way])]
+    if isinstance(contact, GraspContact):
+        T_a, T_b = moment.kin.placement(contact.frame_a), moment.kin.placement(contact.frame_b)
+        way = scale * (T_a.rotation @ lam[:3])
+        on_b, on_a = T_b.translation + shift, T_a.translation + shift
+        return [np.array([on_b - way, on_b]), np.array([on_a + way, on_a])]
+    if isinstance(contact, SurfaceContact | MovingSurfaceContact):
+        point = contact.position(moment.kin) + shift
+        return [np.array([point - scale * lam[0] * contact.normal(moment.kin), point])]
+    if isinstance(contact, PointContact):
+        point = contact.p_world + shift
+        return [np.array([point - scale * lam[:3], point])]
+    return []
 
 
-def _wanted_force(contact: GraspContact, moment: Moment) -> Array | None:
+def _wanted_rows(contact: Contact, moment: Moment) -> Array | None:
+    """Return the rows of a contact with the wanted values, zero where none is wanted."""
     target = moment.values.get(f"lam_ref/{contact.name}")
     if target is None:
         return None
-    force = np.zeros(3)
+    rows = np.zeros(contact.size)
     for label, value in zip(contact.regulated, target, strict=True):
-        row = contact.labels.index(label)
-        if row < 3:
-            force[row] = value
-    return force
+        rows[contact.labels.index(label)] = value
+    return rows
 
 
 def _arrows(scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> viser.ArrowsHandle:

@@ -17,6 +17,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 NOW = "#222222"
 FIRST_SHOWN = ("Posture error", "Contact forces", "Distances", "Slack of the levels")
 HEIGHT = 165
+BELOW, ABOVE = -1.0, 2.0
 
 
 class PlotPanel:
@@ -47,6 +48,16 @@ class PlotPanel:
         return [plot.curves[i - start].label for i in indices], t, values
 
 
+def add_plots(gui: viser.GuiApi, plots: Mapping[str, Plot], envelope: Envelope) -> PlotPanel:
+    """Add a panel with plots at the left of the page."""
+    panel = gui.add_panel()
+    with panel.add_tab("Plots"):
+        shown = PlotPanel(gui, plots, envelope)
+    panel.dock_left()
+    panel.set_width(400)
+    return shown
+
+
 CurvesOf = Callable[[str], tuple[list[str], Array, Array]]
 
 
@@ -72,7 +83,8 @@ class Slot:
         """Draw the chosen plot anew from its curves."""
         with self._lock:
             title = self._choice.value
-            labels, self._t, self._values = self._curves_of(title)
+            labels, self._t, values = self._curves_of(title)
+            self._values = without_gaps(self._t, values)
             if (title, labels) != (self._charted, self._labels) and self._chart is not None:
                 self._chart.remove()
                 self._chart = None
@@ -94,7 +106,10 @@ class Slot:
 
     def _new_chart(self, columns: tuple[Array, ...]) -> viser.GuiUplotHandle:
         plot = self._plots[self._charted]
-        scales = {"x": uplot.Scale(time=False)}
+        scales = {
+            "x": uplot.Scale(time=False),
+            "now": uplot.Scale(auto=False, range=(0.0, 1.0)),
+        }
         if plot.logarithmic:
             scales["y"] = uplot.Scale(distr=3)
         unit = f" [{plot.unit}]" if plot.unit else ""
@@ -105,28 +120,34 @@ class Slot:
                 title=plot.title + unit,
                 scales=scales,
                 height=HEIGHT,
+                legend=uplot.Legend(show=True, live=False),
             )
 
 
 def with_line(t: Array, values: Array, now: float) -> tuple[Array, Array, Array]:
-    """Insert two moments at `now`, so that a vertical line can stand there.
+    """Insert three moments at `now`, so that a vertical line can stand there.
 
-    Returns times (n + 2,), values (n + 2, k) interpolated there, and the line (n + 2,), NaN
-    elsewhere, from the least to the largest value.
+    Returns times (n + 3,), values (n + 3, k) interpolated there, and the line (n + 3,) on a scale
+    of its own: `BELOW` its floor 0 but for the moment in the middle, above its ceiling 1.
     """
-    if not len(t):
-        return t, values, np.zeros(0)
     at = int(np.searchsorted(t, now))
     beside = values[min(at, len(t) - 1)]
     if 0 < at < len(t):
         share = (now - t[at - 1]) / (t[at] - t[at - 1])
         beside = (1.0 - share) * values[at - 1] + share * values[at]
-    rows = np.vstack([values[:at], beside, beside, values[at:]])
-    line = np.full(len(t) + 2, np.nan)
-    known = values[np.isfinite(values)]
-    if known.size:
-        line[at], line[at + 1] = known.min(), known.max()
-    return np.insert(t, at, [now, now]), rows, line
+    rows = np.vstack([values[:at], beside, beside, beside, values[at:]])
+    line = np.full(len(t) + 3, BELOW)
+    line[at + 1] = ABOVE
+    return np.insert(t, at, [now, now, now]), rows, line
+
+
+def without_gaps(t: Array, values: Array) -> Array:
+    """Return values (n, k) with what is not finite interpolated: one NaN blanks a whole chart."""
+    filled = values.copy()
+    for column in filled.T:
+        known = np.isfinite(column)
+        column[~known] = np.interp(t[~known], t[known], column[known]) if known.any() else 0.0
+    return filled
 
 
 def _first_indices(plots: Mapping[str, Plot]) -> dict[str, int]:
@@ -137,9 +158,14 @@ def _first_indices(plots: Mapping[str, Plot]) -> dict[str, int]:
     return first
 
 
+_LINE = uplot.Series(
+    label="now", stroke=NOW, width=1, scale="now", points=uplot.Series_Points(show=False)
+)
+
+
 def _series(labels: Sequence[str]) -> tuple[uplot.Series, ...]:
     curves = [
         uplot.Series(label=label, stroke=COLOURS[i % len(COLOURS)], width=1.5)
         for i, label in enumerate(labels)
     ]
-    return (uplot.Series(label="t [s]"), *curves, uplot.Series(label="now", stroke=NOW, width=1))
+    return (uplot.Series(label="t [s]"), *curves, _LINE)

@@ -14,7 +14,7 @@ from equipoise.viewer.curves import plots_of
 from equipoise.viewer.display import Display
 from equipoise.viewer.envelope import Envelope
 from equipoise.viewer.longlog import LongLog
-from equipoise.viewer.plot_panel import PlotPanel
+from equipoise.viewer.plot_panel import PlotPanel, add_plots
 from equipoise.viewer.server import ViewerServer
 from equipoise.viewer.timeline import TimeLine
 
@@ -74,15 +74,10 @@ class Replay:
         gui.add_markdown("\n\n".join(lines))
 
     def _plots(self, places: Places) -> tuple[PlotPanel, Envelope]:
-        plots = plots_of(self.log.run, places)
+        plots = plots_of(self.log.run.channels, places)
         curves = [curve for plot in plots.values() for curve in plot.curves]
         envelope = Envelope(curves, self.log.t_first, self.log.t_last)
-        panel = self.server.viser.gui.add_panel()
-        with panel.add_tab("Plots"):
-            shown = PlotPanel(self.server.viser.gui, plots, envelope)
-        panel.dock_left()
-        panel.set_width(400)
-        return shown, envelope
+        return add_plots(self.server.viser.gui, plots, envelope), envelope
 
     def _draw(self) -> None:
         shown, panels_at, passed = None, -np.inf, time.perf_counter()

@@ -12,19 +12,13 @@ from contextlib import contextmanager, redirect_stdout
 from typing import Any
 from unittest.mock import patch
 
+import viser
+import websockets.asyncio.server as websocket_server
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
 from equipoise.errors import EquipoiseError, InputError
 from equipoise.viewer.guard import COOKIE, Guard, is_loopback, make_guard
-
-try:
-    import viser
-    import websockets.asyncio.server as websocket_server
-    from websockets.datastructures import Headers
-    from websockets.http11 import Request, Response
-except ModuleNotFoundError as error:
-    raise InputError(
-        f"The viewer needs {error.name}, which is not installed",
-        remedy="Install it: pip install 'equipoise[viewer]'",
-    ) from error
 
 FIRST_PORT, PORTS = 8080, 100
 _opening = threading.Lock()

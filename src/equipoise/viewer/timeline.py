@@ -24,7 +24,7 @@ class TimeLine:
             "Time [s]", clock.first, clock.first + span, 0.001, clock.first
         )
         self._slider.on_update(self._slid)
-        self._buttons = gui.add_button_group("Step", ("⏮", "◀", "▶", "⏭"))
+        self._buttons = gui.add_button_group("Step", ("|<", "<", ">", ">|"))
         self._buttons.on_click(self._stepped)
         self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="space")
         self._play.on_click(lambda _: self.toggle())
@@ -64,10 +64,10 @@ class TimeLine:
     def _stepped(self, event: viser.GuiEvent) -> None:
         clock = self._clock
         actions = {
-            "⏮": lambda: clock.seek(clock.first),
-            "◀": lambda: self.step(-1),
-            "▶": lambda: self.step(1),
-            "⏭": lambda: clock.seek(clock.last),
+            "|<": lambda: clock.seek(clock.first),
+            "<": lambda: self.step(-1),
+            ">": lambda: self.step(1),
+            ">|": lambda: clock.seek(clock.last),
         }
         actions[self._buttons.value]()
 

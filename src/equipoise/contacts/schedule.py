@@ -1,0 +1,38 @@
+"""Which contacts hold when: a stack for every stretch of time between changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from equipoise.contacts.base import Contact
+from equipoise.contacts.stack import ContactStack
+
+
+class ContactSchedule:
+    """Stacks over time. `windows[name] = (start, end)` [s]; a contact without one always holds."""
+
+    def __init__(
+        self, contacts: Sequence[Contact], windows: Mapping[str, tuple[float, float]]
+    ) -> None:
+        changes = sorted({t for window in windows.values() for t in window if np.isfinite(t)})
+        self.contacts = tuple(contacts)
+        self._starts = np.array([-np.inf, *changes])
+        self._stacks: list[ContactStack] = []
+        for start in self._starts:
+            held = [c for c in contacts if _holds(windows.get(c.name), start)]
+            self._stacks.append(ContactStack(held))
+
+    @property
+    def stacks(self) -> tuple[ContactStack, ...]:
+        """The stacks, in the order of time."""
+        return tuple(self._stacks)
+
+    def at(self, t: float) -> ContactStack:
+        """Return the stack that holds at time `t` [s]; the same object between two changes."""
+        return self._stacks[int(np.searchsorted(self._starts, t, side="right")) - 1]
+
+
+def _holds(window: tuple[float, float] | None, start: float) -> bool:
+    return window is None or window[0] <= start < window[1]

@@ -1,0 +1,30 @@
+"""Small steps from scenario to objects that every builder takes: poses, names, complaints."""
+
+from __future__ import annotations
+
+import pinocchio as pin
+
+from equipoise.errors import InputError, NameNotFoundError, ScenarioError
+from equipoise.robots import Robot
+from equipoise.scenarios import schema
+from equipoise.spatial import pose
+
+
+def to_pose(spec: schema.Pose) -> pin.SE3:
+    """Return the placement that a `Pose` section describes."""
+    return pose(spec.xyz, spec.rpy)
+
+
+def frame_of(robot: Robot, name: str, path: str) -> int:
+    """Return the id of a frame of the robot. Raises: `ScenarioError` with the path."""
+    try:
+        return robot.frame_id(name)
+    except NameNotFoundError as error:
+        raise at_path(error, path) from None
+
+
+def at_path(error: InputError, path: str) -> ScenarioError:
+    """Return the same complaint with the path of the scenario where it comes from."""
+    return ScenarioError(
+        error.problem, path=path, given=error.given, known=error.known, remedy=error.remedy
+    )

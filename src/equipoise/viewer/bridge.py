@@ -1,0 +1,162 @@
+"""The simulation's side of the live viewer: a pipe to the process that draws.
+
+The page is served by a process of its own, so that drawing costs the loop next to nothing: 30
+times a second it hands over one tick, and only when the last one has been drawn.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import pinocchio as pin
+
+from equipoise.errors import EquipoiseError
+from equipoise.robots import Robot
+from equipoise.scenarios.read import resolved_text
+from equipoise.scenarios.simulation import Simulation
+from equipoise.scenarios.steering import StopRequested, Wishes
+from equipoise.spatial import Array
+from equipoise.viewer.live import Job, serve
+
+RATE = 30.0  # [Hz] at which ticks are handed over
+LISTEN_PERIOD = 0.01  # [s] between two looks for wishes
+START_TIMEOUT = 120.0  # [s] for the page to be served
+FIRST_PAGE_TIMEOUT = 60.0  # [s] that the run waits for somebody to look
+
+
+class Bridge:
+    """Steers a simulation from the page; a lost page lets the run go on alone."""
+
+    def __init__(self, simulation: Simulation, host: str, port: int | None) -> None:
+        job = Job(
+            resolved_text(simulation.scenario),
+            tuple(simulation.channels),
+            base_link(simulation.robot),
+            host,
+            port,
+        )
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self.process: BaseProcess = context.Process(
+            target=serve, args=(theirs, job), name="live viewer", daemon=True
+        )
+        self.process.start()
+        theirs.close()
+        self.paused_s = 0.0
+        self._connected = True
+        self._running, self._allowed = True, 0
+        self._wanted = False  # the page waits for a tick
+        self._stop = False
+        self._news: Wishes | None = None
+        self._looked = self._told = 0.0
+        self.url = self._first_answer()
+
+    def wait_for_page(self, say: Callable[[str], None]) -> None:
+        """Wait until somebody looks, but not for ever."""
+        began = perf_counter()
+        while self._connected and not self._wanted:
+            if perf_counter() - began > FIRST_PAGE_TIMEOUT:
+                say("Nobody looks yet; the run begins.")
+                return
+            self._listen(0.1)
+
+    def before_tick(self, t: float) -> Wishes | None:
+        """Return new wishes; wait while the page says pause."""
+        now = perf_counter()
+        if now - self._looked >= LISTEN_PERIOD:
+            self._looked = now
+            self._listen(0.0)
+        if not self._running:
+            self._pause(now)
+        if self._stop:
+            raise StopRequested
+        news, self._news = self._news, None
+        return news
+
+    def after_tick(self, t: float, values: Mapping[str, Array]) -> None:
+        """Hand the tick over if one is due and wanted."""
+        if not self._wanted:
+            return
+        now = perf_counter()
+        if now - self._told >= 1.0 / RATE or not self._running:
+            self._told, self._wanted = now, False
+            self._send("tick", (t, dict(values)))
+
+    def finish(self, folder: Path) -> None:
+        """Let the page show the finished run."""
+        self._send("finished", str(folder))
+
+    def close(self) -> None:
+        """Close the page."""
+        self._send("close", None)
+        self.process.join(timeout=5.0)
+        if self.process.is_alive():
+            self.process.terminate()
+
+    def _pause(self, began: float) -> None:
+        if self._allowed:
+            self._allowed -= 1
+            return
+        while self._connected and not (self._running or self._stop or self._allowed):
+            self._listen(0.05)
+        if self._allowed:
+            self._allowed -= 1
+        self.paused_s += perf_counter() - began
+
+    def _listen(self, seconds: float) -> None:
+        """Take all messages of the page; wait at most that long for the first."""
+        try:
+            while self._connected and self._pipe.poll(seconds):
+                self._take(*self._pipe.recv())
+                seconds = 0.0
+        except (EOFError, OSError):
+            self._lose()
+
+    def _take(self, kind: str, content: Any) -> None:
+        if kind == "ready":
+            self._wanted = True
+        elif kind == "wishes":
+            self._news = content
+        elif kind == "run":
+            self._running = bool(content)
+        elif kind == "step":
+            self._running, self._allowed = False, int(content)
+        elif kind == "stop":
+            self._stop = True
+
+    def _first_answer(self) -> str:
+        try:
+            if self._pipe.poll(START_TIMEOUT):
+                kind, content = self._pipe.recv()
+                if kind == "url":
+                    return str(content)
+                raise EquipoiseError(str(content))
+        except (EOFError, OSError):
+            pass
+        raise EquipoiseError("The live viewer did not start; the run was not begun.")
+
+    def _send(self, kind: str, content: Any) -> None:
+        if self._connected:
+            try:
+                self._pipe.send((kind, content))
+            except (OSError, ValueError):
+                self._lose()
+
+    def _lose(self) -> None:
+        self._connected, self._running, self._wanted = False, True, False
+        with suppress(OSError):
+            self._pipe.close()
+
+
+def base_link(robot: Robot) -> str:
+    """Return the name of the link that the free base carries."""
+    for frame in robot.model.frames:
+        if frame.type == pin.FrameType.BODY and frame.parentJoint == 1:
+            return frame.name
+    return robot.model.names[1]

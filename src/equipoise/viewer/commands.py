@@ -1,0 +1,109 @@
+"""What the command line calls: open a page, and keep it open until Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import webbrowser
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from equipoise.robots import check_urdf, get_robot, named_robots, robot_urdf_path
+from equipoise.robots.finding import raise_errors
+from equipoise.runlog import latest_run
+from equipoise.scenarios.simulation import Simulation
+from equipoise.viewer.bridge import Bridge
+from equipoise.viewer.longlog import LongLog
+from equipoise.viewer.replay import Replay
+from equipoise.viewer.robot_view import RobotView
+from equipoise.viewer.server import ViewerServer
+
+Say = Callable[[str], None]
+RUNS = Path("runs")
+
+
+def view_run(place: Path | None, host: str, port: int | None, say: Say, *, browse: bool) -> None:
+    """Show a run (None: the last one under runs/) until Ctrl-C.
+
+    Raises: `RunLogError`, `InputError`.
+    """
+    log = LongLog(place if place is not None else latest_run(RUNS))
+    server = ViewerServer(host, port)
+    try:
+        replay = Replay(log, server)
+        replay.start()
+        if log.run.note:
+            say(log.run.note)
+        say(f"Showing {log.run.folder} at {server.url}")
+        keep_open(server, say, browse=browse)
+        replay.stop()
+    finally:
+        server.stop()
+
+
+def view_robot(name_or_path: str, host: str, port: int | None, say: Say, *, browse: bool) -> None:
+    """Show a robot with its checks until Ctrl-C.
+
+    Raises: `RobotFileError` with every error of a file that cannot be trusted.
+    """
+    known = name_or_path in named_robots()
+    urdf = robot_urdf_path(name_or_path) if known else Path(name_or_path)
+    findings = check_urdf(urdf)
+    raise_errors(urdf, findings)
+    robot = get_robot(name_or_path if known else urdf)
+    server = ViewerServer(host, port)
+    try:
+        RobotView(robot, findings, server)
+        say(f"Showing {robot.name} at {server.url}")
+        keep_open(server, say, browse=browse)
+    finally:
+        server.stop()
+
+
+class Watch:
+    """Shows a run while it goes on: give `steer` to `run_scenario`, then call `finish`."""
+
+    def __init__(self, host: str, port: int | None, say: Say) -> None:
+        self._host, self._port, self._say = host, port, say
+        self._bridge: Bridge | None = None
+
+    def steer(self, simulation: Simulation, folder: Path) -> Bridge:
+        """Open the page and wait until somebody looks."""
+        self._bridge = Bridge(simulation, self._host, self._port)
+        self._say(f"The run can be watched at {self._bridge.url}")
+        if _has_screen():
+            webbrowser.open(self._bridge.url)
+        self._bridge.wait_for_page(self._say)
+        return self._bridge
+
+    def finish(self, folder: Path) -> None:
+        """Show the finished run on the same page until Ctrl-C, then close it."""
+        if self._bridge is None:
+            return
+        self._bridge.finish(folder)
+        self._say(f"The page now shows the finished run: {self._bridge.url}  Ctrl-C ends it.")
+        _wait()
+        self._bridge.close()
+
+
+def keep_open(server: ViewerServer, say: Say, *, browse: bool) -> None:
+    """Open a browser where there is a screen, then wait for Ctrl-C."""
+    if server.guard.opened:
+        say("Open to the network: whoever has this address with its token can look and push.")
+    if browse and _has_screen():
+        webbrowser.open(server.url)
+    say("Ctrl-C ends it.")
+    _wait()
+
+
+def _wait() -> None:
+    with suppress(KeyboardInterrupt):
+        threading.Event().wait()
+
+
+def _has_screen() -> bool:
+    if sys.platform == "darwin" or os.name == "nt":
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -1,0 +1,126 @@
+"""The page's side of the live viewer: draws the ticks of a running simulation, sends wishes."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+
+from equipoise.errors import EquipoiseError
+from equipoise.runlog import Channel
+from equipoise.scenarios.places import build_places
+from equipoise.scenarios.read import parse_scenario
+from equipoise.spatial import Array
+from equipoise.viewer.curves import plots_of
+from equipoise.viewer.display import Display
+from equipoise.viewer.envelope import Envelope
+from equipoise.viewer.longlog import LongLog
+from equipoise.viewer.plot_panel import add_plots
+from equipoise.viewer.replay import PANEL_PERIOD, Replay
+from equipoise.viewer.server import ViewerServer
+from equipoise.viewer.steering_panel import SteeringPanel
+
+
+@dataclass(frozen=True)
+class Job:
+    """What the process that serves the page is told: where, and what will be logged."""
+
+    scenario_text: str
+    channels: tuple[Channel, ...]
+    push_frame: str
+    host: str
+    port: int | None
+
+
+def serve(pipe: Connection, job: Job) -> None:
+    """Serve the page of a running simulation until the pipe ends (a process of its own)."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then closes this
+    try:
+        server = ViewerServer(job.host, job.port)
+    except EquipoiseError as error:
+        pipe.send(("error", str(error)))
+        return
+    try:
+        live = LiveView(pipe, server, job)
+        pipe.send(("url", server.url))
+        live.run()
+    except (EOFError, OSError):
+        pass  # the run has ended without a word
+    finally:
+        server.stop()
+
+
+class LiveView:
+    """Shows what comes through the pipe; one thread draws, viser's threads send wishes."""
+
+    def __init__(self, pipe: Connection, server: ViewerServer, job: Job) -> None:
+        self._pipe, self.server = pipe, server
+        scenario = parse_scenario(job.scenario_text)
+        places = build_places(scenario)
+        self._sending = threading.Lock()
+        gui = server.viser.gui
+        gui.add_markdown(f"**{scenario.title or scenario.name}** — running")
+        self.panel = SteeringPanel(gui, scenario, places, job.push_frame, self._send)
+        self.display = Display(server.viser, scenario, places)
+        with gui.add_folder("Layers", expand_by_default=False):
+            self.display.add_switches()
+        with gui.add_folder("Hierarchy"):
+            self.display.add_hierarchy()
+        gui.main_panel.dock_right()
+        plots = plots_of({channel.name: channel for channel in job.channels}, places)
+        curves = [curve for plot in plots.values() for curve in plot.curves]
+        self._envelope = Envelope(curves, 0.0, scenario.duration)
+        self._plots = add_plots(server.viser.gui, plots, self._envelope)
+        self._panels_at = -np.inf
+        self._replay: Replay | None = None
+        server.viser.on_client_connect(lambda _: self._send("ready", None))
+
+    def run(self) -> None:
+        """Draw until the run says that the page is to close. Raises: `EOFError`, `OSError`."""
+        while True:
+            kind, content = self._pipe.recv()
+            if kind == "tick":
+                self.show(*content)
+                self._send("ready", None)
+            elif kind == "finished":
+                self._show_replay(Path(content))
+            elif kind == "close":
+                if self._replay is not None:
+                    self._replay.stop()
+                return
+
+    def show(self, t: float, values: Mapping[str, Array]) -> None:
+        """Draw a tick."""
+        moment = self.display.moment(t, values)
+        if moment is None:
+            return
+        self.display.trails.add(moment)
+        self.display.show(moment)
+        self.panel.show(t)
+        self._envelope.add({"t": np.array([t]), **{k: v[None] for k, v in values.items()}})
+        now = time.perf_counter()
+        if now - self._panels_at >= PANEL_PERIOD:
+            self._panels_at = now
+            self.display.show_hierarchy(moment)
+            self._plots.refresh()
+
+    def _show_replay(self, folder: Path) -> None:
+        """Give the same page to the finished run."""
+        viser = self.server.viser
+        viser.gui.reset()
+        viser.scene.reset()
+        try:
+            self._replay = Replay(LongLog(folder), self.server)
+            self._replay.start()
+        except EquipoiseError as error:
+            viser.gui.add_markdown(str(error))
+
+    def _send(self, kind: str, content: object) -> None:
+        with self._sending:
+            self._pipe.send((kind, content))

@@ -1,0 +1,38 @@
+"""The world around the robot: fixed bodies, held objects, and sliders that have been pushed."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from equipoise.scenarios import schema
+from equipoise.scenarios.places import Places
+from equipoise.viewer.drawing import Drawing, body_parts
+from equipoise.viewer.showing import Layer, Moment
+
+
+class Surroundings(Layer):
+    """All bodies of the world; a slider stands where the log says that it was pushed to."""
+
+    title = "World"
+
+    def __init__(self, scene: viser.SceneApi, scenario: schema.Scenario, places: Places) -> None:
+        self._bodies = {
+            body.name: Drawing(scene, f"/world/{body.name}", body_parts(places.scene, body.name))
+            for body in places.scene.bodies
+        }
+        self._directions = {
+            name: np.array(slider.direction) for name, slider in scenario.world.sliders.items()
+        }
+
+    def set_visible(self, visible: bool) -> None:
+        for body in self._bodies.values():
+            body.set_visible(visible)
+
+    def show(self, moment: Moment) -> None:
+        for body in self._bodies.values():
+            body.place(moment.kin.pin_data.oMi)
+        for name, direction in self._directions.items():
+            travel = moment.values.get(f"slider/{name}")
+            if travel is not None and np.isfinite(travel[0]):
+                self._bodies[name].shift(travel[0] * direction)

@@ -2,35 +2,43 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
-HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
+sys.path.insert(0, str(Path(__file__).parent))
 
-from generate_keys import write_tables  # noqa: E402
+from generate_keys import write_tables
 
-from equipoise import __version__  # noqa: E402
+from equipoise import __version__
 
 write_tables()
 
 project = "Equipoise"
 author = "the Equipoise authors"
-copyright = author
 version = release = __version__
+html_show_copyright = False
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
-source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build"]
-myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
-myst_links_external_new_tab = False
 html_theme = "furo"
 html_title = "Equipoise"
-html_baseurl = ""
-autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
 add_module_names = False
-nitpicky = False
-suppress_warnings = ["misc.highlighting_failure"]
-REPOSITORY_FILES = "../"
+
+
+def show_as_written(app, what, name, thing, options, lines: list[str]) -> None:
+    """Make reStructuredText of a docstring that is plain text with `code` in backticks."""
+    for i, line in enumerate(lines):
+        parts = re.split(r"`+([^`]+)`+", line)
+        parts[::2] = [re.sub(r"([|*\\_])", r"\\\1", part) for part in parts[::2]]
+        parts[1::2] = [rf"\ ``{part}``\ " for part in parts[1::2]]
+        indent = re.match(r"\s*", line).group()
+        lines[i] = indent + "".join(parts)[len(indent) :]
+
+
+def setup(app) -> None:
+    """Register the hook."""
+    app.connect("autodoc-process-docstring", show_as_written)

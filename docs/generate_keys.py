@@ -81,7 +81,7 @@ def _title(model: type[BaseModel]) -> str:
 
 def _value(field: FieldInfo) -> str:
     bounds = _bounds(field.metadata)
-    return _words(field.annotation) + (f", {bounds}" if bounds else "")
+    return _words(field.annotation) + (f" {bounds}" if bounds else "")
 
 
 def _words(annotation: Any) -> str:
@@ -113,6 +113,7 @@ def _bounds(metadata: list[Any]) -> str:
     words = []
     for item in metadata:
         words += [f"{sign} {getattr(item, b):g}" for b, sign in BOUNDS.items() if hasattr(item, b)]
+    words = [", ".join(words)] if words else []
     lengths = {
         name: getattr(item, name)
         for item in metadata
@@ -152,9 +153,10 @@ def _anchor(model: type[BaseModel]) -> str:
 
 
 def _metrics() -> str:
+    bar = r"\|"
     lines = ["## Metrics\n", "What `acceptance.limits` may bound, and what `summary.json` holds:\n"]
     lines += ["| metric | unit | what it is |", "|---|---|---|"]
-    lines += [f"| `{m.name}` | {m.unit} | {m.doc} |" for m in METRICS.values()]
+    lines += [f"| `{m.name}` | {m.unit} | {m.doc.replace('|', bar)} |" for m in METRICS.values()]
     return "\n".join(lines) + "\n"
 
 

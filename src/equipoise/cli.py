@@ -87,6 +87,29 @@ def plot(run_folder: Path) -> None:
 
 
 @cli.command()
+@click.argument("run_folders", metavar="[RUN]...", nargs=-1, type=click.Path(path_type=Path))
+@click.option("--to", type=click.Path(path_type=Path), default="figures", show_default=True)
+def figures(run_folders: tuple[Path, ...], to: Path) -> None:
+    """Make a page like the paper's Figures 2 and 3 of each RUN, as PNG and PDF.
+
+    Without RUN, the scenarios tray and telephone are run first.
+    """
+    from equipoise.analysis.paper_page import write_paper_page
+    from equipoise.api import run_scenario
+    from equipoise.console import Progress
+    from equipoise.runlog import load_run
+
+    runs = [load_run(folder) for folder in run_folders]
+    if not runs:
+        with Progress() as progress:
+            for name in ("tray", "telephone"):
+                runs.append(run_scenario(name, figures=False, report=progress))
+    for loaded in runs:
+        for path in write_paper_page(loaded, to):
+            click.echo(path)
+
+
+@cli.command()
 @click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
 @click.option("--format", "kind", type=click.Choice(["npz", "csv"]), default="npz")
 @click.option("--to", type=click.Path(path_type=Path), help="File to write [RUN/run.npz].")
@@ -181,6 +204,28 @@ def report(run_folders: tuple[Path, ...], to: Path) -> None:
     from equipoise.analysis.report import make_report
 
     click.echo(make_report(run_folders, to))
+
+
+@cli.command()
+@click.argument("groups", nargs=-1, metavar="[GROUP...]")
+@click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
+def verify(groups: tuple[str, ...], as_json: bool) -> None:
+    """Measure every equation and claim of the paper against the code.
+
+    GROUP: geometry, motion, dynamics, law, promises; all of them by default. Exit code 0 only if
+    every row holds.
+    """
+    from equipoise.analysis.verify import GROUPS
+    from equipoise.analysis.verify import verify as measure
+    from equipoise.analysis.verify.table import as_text, print_verdict, print_verdicts
+
+    chosen = groups or tuple(GROUPS)
+    verdicts = measure(chosen, report=None if as_json else print_verdict)
+    if as_json:
+        click.echo(as_text(verdicts))
+    else:
+        print_verdicts(verdicts)
+    sys.exit(PASSED if all(verdict.holds for verdict in verdicts) else NOT_PASSED)
 
 
 def main() -> None:

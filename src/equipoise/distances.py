@@ -96,7 +96,7 @@ class EndDistances:
         self._geometry.removeAllCollisionPairs()
         self._ends: dict[int, tuple[int, int]] = {}
         self.labels: list[str] = []
-        self.pair_of: list[int] = []
+        self._rows_of: list[list[int]] = [[] for _ in pairs]
         self._joints: list[tuple[int, int]] = []
         for k, pair in enumerate(pairs):
             first, second = scene.shapes_of(pair.first), scene.shapes_of(pair.second)
@@ -104,7 +104,6 @@ class EndDistances:
             self._add_rows(k, pair, second, first)
         self._data = self._geometry.createData()
         self._joint_ids = np.array(self._joints, dtype=int).reshape(-1, 2)
-        self._of_pair = np.array(self.pair_of, dtype=int)
 
     def _add_rows(self, k: int, pair: Pair, ended: Sequence[int], others: Sequence[int]) -> None:
         shapes = self.scene.geometry.geometryObjects
@@ -114,8 +113,8 @@ class EndDistances:
             for number, end in enumerate(self._ends_of(i)):
                 for j in others:
                     self._geometry.addCollisionPair(pin.CollisionPair(end, j))
+                    self._rows_of[k].append(len(self._joints))
                     self._joints.append((shapes[i].parentJoint, shapes[j].parentJoint))
-                    self.pair_of.append(k)
                     self.labels.append(
                         f"{pair.name} ({shapes[i].name} end {number}, {shapes[j].name})"
                     )
@@ -142,20 +141,24 @@ class EndDistances:
             self._ends[index] = (ends[0], ends[1])
         return self._ends[index]
 
-    def rows_of(self, pairs: Array) -> Array:
-        """Return which rows belong to the pairs (indices)."""
-        return np.flatnonzero(np.isin(self._of_pair, pairs))
+    def near(self, kin: Kinematics, pairs: Array, within: Array) -> tuple[Array, Array, Array]:
+        """Return the ends of `pairs` (indices) that are nearer than `within` (len(pairs),) [m].
 
-    def at(self, kin: Kinematics, rows: Array) -> tuple[Array, Array]:
-        """Return distances [m] (k,) and their rates' rows (k, nv) of chosen rows at `kin`."""
+        Returns: rows (k,), their distances [m] (k,) and the rates of those (k, nv) at `kin`.
+        """
         model, data = self.scene.robot.model, kin.pin_data
         pin.updateGeometryPlacements(model, data, self._geometry, self._data)
-        found = []
-        for row in rows:
-            pin.computeDistance(self._geometry, self._data, int(row))
-            found.append(_witness(self._data.distanceResults[int(row)]))
+        geometry, results = self._geometry, self._data.distanceResults
+        rows, found = [], []
+        for pair, limit in zip(pairs.tolist(), within.tolist(), strict=True):
+            for row in self._rows_of[pair]:
+                pin.computeDistance(geometry, self._data, row)
+                if results[row].min_distance < limit:
+                    rows.append(row)
+                    found.append(_witness(results[row]))
+        kept = np.array(rows, dtype=int)
         distances = np.array([w.distance for w in found])
-        return distances, _rates(kin, found, self._joint_ids[rows])
+        return kept, distances, _rates(kin, found, self._joint_ids[kept])
 
 
 def _witness(result: coal.DistanceResult) -> PairDistance:

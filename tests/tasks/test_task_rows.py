@@ -118,9 +118,7 @@ def test_a_limb_turning_past_parallel_to_a_face_makes_no_jump(hrp2):
     """The nearest point leaps along the limb; with a row for each end the answer does not."""
     q = hrp2.q_half_sitting
     kin = kinematics(hrp2, q)
-    shape = next(
-        g for g in hrp2.collision_model.geometryObjects if g.name.startswith("LARM_LINK3")
-    )
+    shape = next(g for g in hrp2.collision_model.geometryObjects if g.name.startswith("LARM_LINK3"))
     T_world_limb = kin.pin_data.oMi[shape.parentJoint] * shape.placement
     radius = shape.geometry.radius
 

@@ -95,7 +95,10 @@ def _judged(run: Run, story: Story, notes: list[str]) -> dict[str, Any]:
         rows = judge(Context.of(run, story.places))
     except (EquipoiseError, ValueError, KeyError):
         return {}
-    return {"metrics": rows, "passed": run.complete and passed(rows), "versions": dict(run.info)}
+    judged: dict[str, Any] = {"metrics": rows, "versions": dict(run.info)}
+    if any("passed" in row for row in rows.values()):
+        judged["passed"] = run.complete and passed(rows)
+    return judged
 
 
 def _figures(run: Run, notes: list[str]) -> dict[str, bytes]:

@@ -96,3 +96,26 @@ def _stage_at(places: Places, stage: Stage, run: Run, tick: int) -> Stage:
         if f"slider/{name}" in run
     }
     return Stage(places.scene_with(travels)) if travels else stage
+
+
+def draw_snapshots(
+    figure: Figure,
+    run: Run,
+    places: Places,
+    box: tuple[float, float, float, float],
+    count: int = 6,
+) -> None:
+    """Draw `count` snapshots side by side into a part of a figure.
+
+    `box` is (left, bottom, right, top) as shares of the figure; times stand under the pictures.
+    """
+    left, bottom, right, top = box
+    ticks = _ticks(run, None, count)
+    stage = Stage(places.scene)
+    camera = frame_stage(stage, run["q"][ticks])
+    width = (right - left) / len(ticks)
+    for k, tick in enumerate(ticks):
+        axes = figure.add_axes((left + k * width, bottom + 0.03, width, top - bottom - 0.03))
+        draw_scene(axes, _stage_at(places, stage, run, tick), run["q"][tick], camera)
+        caption = f"t = {run.t[tick]:.2f} s"
+        axes.text(0.5, -0.02, caption, transform=axes.transAxes, ha="center", va="top", color=INK)

@@ -82,6 +82,24 @@ class ContactStack:
             return np.zeros((0, kin.robot.nv))
         return np.vstack([contact.jacobian(kin) for contact in self.contacts])
 
+    def contradictions(self, kin: Kinematics, tolerance: float = 1e-6) -> tuple[str, ...]:
+        """Return the contacts that cannot hold together with those before them, none if all can.
+
+        A contact is named if no velocity gives it its rate, or no small step closes its gap
+        (more than `tolerance` [m/s, m, ...] is left), while the ones before it keep theirs.
+        """
+        found, kept = [], ContactStack([])
+        for contact in self.contacts:
+            grown = ContactStack([*kept.contacts, contact])
+            J = grown.jacobian(kin)
+            wanted = np.column_stack((grown.rate(kin), -grown.residual(kin)))
+            left = J @ np.linalg.lstsq(J, wanted, rcond=_RANK_TOLERANCE)[0] - wanted
+            if np.abs(left).max() > tolerance:
+                found.append(contact.name)
+            else:
+                kept = grown
+        return tuple(found)
+
 
 class StackedContacts:
     """`J_phi` at one state, with `Q_phi` and `J_phi^+` as operators.

@@ -14,6 +14,8 @@ from equipoise.spatial import Array
 from equipoise.tasks.base import Task
 from equipoise.world import Pair, Scene
 
+_NEARLY_AS_NEAR = 0.01  # [m] an end further away than this beyond its pair cannot take its place
+
 
 class AvoidanceTask(Task):
     """Damp the approach of each pair: `d/dt distance >= -damping (distance - d_s) / (d_i - d_s)`.
@@ -71,11 +73,10 @@ class AvoidanceTask(Task):
         if near.size:
             A[near] = self._distances.jacobian(kin, near)
             lower[near] = self._bound(distances[near])
-            ends = self._ends.rows_of(near)
-            distances, rates = self._ends.at(kin, ends)
-            close = np.flatnonzero(distances < self.influence)
-            A[count + ends[close]] = rates[close]
-            lower[count + ends[close]] = self._bound(distances[close])
+            within = np.minimum(distances[near] + _NEARLY_AS_NEAR, self.influence)
+            ends, distances, rates = self._ends.near(kin, near, within)
+            A[count + ends] = rates
+            lower[count + ends] = self._bound(distances)
         return Rows(self.name, "m/s", self._row_labels, A, lower, self._upper)
 
     def _bound(self, distances: Array) -> Array:

@@ -1,7 +1,7 @@
 """The simulation's side of the live viewer: a pipe to the process that draws.
 
 The page is served by a process of its own, so that drawing costs the loop next to nothing: 30
-times a second it hands over one tick, and only when the last one has been drawn.
+times a second it hands over one tick, unless the page is still busy with the last ones.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import EquipoiseError
@@ -22,10 +23,10 @@ from equipoise.scenarios.read import resolved_text
 from equipoise.scenarios.simulation import Simulation
 from equipoise.scenarios.steering import StopRequested, Wishes
 from equipoise.spatial import Array
-from equipoise.viewer.live import Job, serve
+from equipoise.viewer.live import IN_FLIGHT, Job, serve
 
 RATE = 30.0  # [Hz] at which ticks are handed over
-LISTEN_PERIOD = 0.01  # [s] between two looks for wishes
+LISTEN_PERIOD = 0.015  # [s] between two looks for wishes
 START_TIMEOUT = 120.0  # [s] for the page to be served
 FIRST_PAGE_TIMEOUT = 60.0  # [s] that the run waits for somebody to look
 
@@ -34,9 +35,11 @@ class Bridge:
     """Steers a simulation from the page; a lost page lets the run go on alone."""
 
     def __init__(self, simulation: Simulation, host: str, port: int | None) -> None:
+        channels = tuple(simulation.channels)
+        self._names = [channel.name for channel in channels]
         job = Job(
             resolved_text(simulation.scenario),
-            tuple(simulation.channels),
+            channels,
             base_link(simulation.robot),
             host,
             port,
@@ -51,7 +54,7 @@ class Bridge:
         self.paused_s = 0.0
         self._connected = True
         self._running, self._allowed = True, 0
-        self._wanted = False  # the page waits for a tick
+        self._wanted = 0  # how many ticks the page can take
         self._stop = False
         self._news: Wishes | None = None
         self._looked = self._told = 0.0
@@ -85,8 +88,9 @@ class Bridge:
             return
         now = perf_counter()
         if now - self._told >= 1.0 / RATE or not self._running:
-            self._told, self._wanted = now, False
-            self._send("tick", (t, dict(values)))
+            self._told = now
+            self._wanted -= 1
+            self._send("tick", np.concatenate([[t], *(values[name] for name in self._names)]))
 
     def finish(self, folder: Path) -> None:
         """Let the page show the finished run."""
@@ -120,7 +124,7 @@ class Bridge:
 
     def _take(self, kind: str, content: Any) -> None:
         if kind == "ready":
-            self._wanted = True
+            self._wanted = min(self._wanted + 1, IN_FLIGHT)
         elif kind == "wishes":
             self._news = content
         elif kind == "run":
@@ -149,7 +153,7 @@ class Bridge:
                 self._lose()
 
     def _lose(self) -> None:
-        self._connected, self._running, self._wanted = False, True, False
+        self._connected, self._running, self._wanted = False, True, 0
         with suppress(OSError):
             self._pipe.close()
 

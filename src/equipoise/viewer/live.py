@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import time
@@ -26,6 +27,9 @@ from equipoise.viewer.replay import PANEL_PERIOD, Replay
 from equipoise.viewer.server import ViewerServer
 from equipoise.viewer.steering_panel import SteeringPanel
 
+IN_FLIGHT = 2  # ticks on their way at most, so that the pipe never fills and nothing waits
+BACKGROUND = 5  # niceness: where cores are short, the control loop comes before its picture
+
 
 @dataclass(frozen=True)
 class Job:
@@ -41,6 +45,7 @@ class Job:
 def serve(pipe: Connection, job: Job) -> None:
     """Serve the page of a running simulation until the pipe ends (a process of its own)."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then closes this
+    os.nice(BACKGROUND)
     try:
         server = ViewerServer(job.host, job.port)
     except EquipoiseError as error:
@@ -64,6 +69,8 @@ class LiveView:
         scenario = parse_scenario(job.scenario_text)
         places = build_places(scenario)
         self._sending = threading.Lock()
+        self._names = [channel.name for channel in job.channels]
+        self._ends = np.cumsum([channel.size for channel in job.channels])[:-1]
         gui = server.viser.gui
         gui.add_markdown(f"**{scenario.title or scenario.name}** — running")
         self.panel = SteeringPanel(gui, scenario, places, job.push_frame, self._send)
@@ -79,14 +86,14 @@ class LiveView:
         self._plots = add_plots(server.viser.gui, plots, self._envelope)
         self._panels_at = -np.inf
         self._replay: Replay | None = None
-        server.viser.on_client_connect(lambda _: self._send("ready", None))
+        server.viser.on_client_connect(lambda _: self._welcome())
 
     def run(self) -> None:
         """Draw until the run says that the page is to close. Raises: `EOFError`, `OSError`."""
         while True:
             kind, content = self._pipe.recv()
             if kind == "tick":
-                self.show(*content)
+                self.show(float(content[0]), self._split(content[1:]))
                 self._send("ready", None)
             elif kind == "finished":
                 self._show_replay(Path(content))
@@ -109,6 +116,14 @@ class LiveView:
             self._panels_at = now
             self.display.show_hierarchy(moment)
             self._plots.refresh()
+
+    def _welcome(self) -> None:
+        for _ in range(IN_FLIGHT):
+            self._send("ready", None)
+
+    def _split(self, numbers: Array) -> dict[str, Array]:
+        """Return the values of a tick by channel."""
+        return dict(zip(self._names, np.split(numbers, self._ends), strict=True))
 
     def _show_replay(self, folder: Path) -> None:
         """Give the same page to the finished run."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -35,7 +36,8 @@ SURFACES: tuple[Surface, ...] = (
 STEPS = (2e-3, 1e-3, 5e-4)  # [s] of the runs along which identities are checked
 RUN_TIME = 0.5  # [s]
 KAPPA = 150.0  # [1/s] where K_d = kappa M is the same at every step
-BLOW = 0.1  # [m/s] upwards, at the base
+BLOW = 0.3  # [rad/s] that a joint of each arm is struck by
+KICK_KAPPA = 300.0  # [1/s] there: the region that gravity opens shrinks with it
 DAMPING = 1.0  # [N m s/rad] at the joints, so that D is not zero
 
 
@@ -57,6 +59,15 @@ class Tumbling(SurfaceMotion):
             np.concatenate((self.velocity + self.acceleration * t, self.omega)),
             np.concatenate((self.acceleration, np.zeros(3))),
         )
+
+
+class TrayStep(NamedTuple):
+    """A step of the tray's motion, and what its contacts want: `J_phi v = contact_speed`."""
+
+    hierarchy: Hierarchy
+    solution: Solution
+    J_phi: Array
+    contact_speed: Array
 
 
 class Evidence:
@@ -151,10 +162,9 @@ class Evidence:
     def _kicked(self) -> RecordedRun:
         robot, dt = self.robot, 5e-4
         at_rest = self.soles.at(self.at(robot.q_half_sitting, np.zeros(robot.nv)))
-        lift = at_rest.project(np.eye(robot.nv)[2])
-        blow = lift * (BLOW / lift[2])
-        blow[6 + robot.joint_index("LARM_JOINT3")] += 0.3
-        blow[6 + robot.joint_index("RARM_JOINT1")] -= 0.2
+        blow = np.zeros(robot.nv)
+        blow[6 + robot.joint_index("LARM_JOINT3")] = BLOW
+        blow[6 + robot.joint_index("RARM_JOINT1")] = -BLOW
         begin = round(0.4 / dt)
         return record(
             robot,
@@ -163,13 +173,13 @@ class Evidence:
             dt=dt,
             duration=0.5,
             gains={"k_ip": 50.0, "sgn_p": SignFunction("saturation", 0.1)},
-            kappa=KAPPA,
+            kappa=KICK_KAPPA,
             kicks=[(begin, at_rest.project(blow))],
             keep_from=begin,
         )
 
     def kicked_run(self) -> RecordedRun:
-        """Return a run at rest, from a blow on that lifts the body and swings the arms."""
+        """Return a run at rest, from a blow on that throws both arms off the sliding mode."""
         return self._kicked
 
     def spread_samples(self, dt: float, count: int) -> list[int]:
@@ -178,13 +188,14 @@ class Evidence:
         return [int(i) for i in np.linspace(0, len(samples) - 1, count)]
 
     @cached_property
-    def tray(self) -> tuple[MotionGenerator, list[tuple[Hierarchy, Solution]]]:
+    def tray(self) -> list[TrayStep]:
         """Return the tray scenario's hierarchies, solved along its motion in steps of 20 ms."""
         from equipoise.scenarios import read_scenario
         from equipoise.scenarios.simulation import Simulation
 
         simulation = Simulation(read_scenario("tray"))
-        dt = 0.02
+        dt, rate = 0.02, simulation.scenario.control.contact_rate
+        contacts = simulation.places.contacts
         motion = MotionGenerator(
             simulation.robot,
             simulation.levels,
@@ -192,6 +203,10 @@ class Evidence:
             dt,
             simulation.q_start,
         )
-        count = round(simulation.scenario.duration / dt)
-        steps = [motion.step(k * dt) for k in range(count)]
-        return motion, [(step.hierarchy, step.solution) for step in steps]
+        steps = []
+        for k in range(round(simulation.scenario.duration / dt)):
+            step = motion.step(k * dt)
+            wanted = contacts.rate(step.kin) - rate * contacts.residual(step.kin)
+            J = contacts.jacobian(step.kin)
+            steps.append(TrayStep(step.hierarchy, step.solution, J, wanted))
+        return steps

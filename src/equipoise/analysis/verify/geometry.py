@@ -117,6 +117,24 @@ def _contact_acceleration(evidence: Evidence) -> Measured:
     return Measured(worst(errors), "curvature, normalisation and motion of the surface included")
 
 
+def _simulated_acceleration(evidence: Evidence) -> Measured:
+    """(8), second row as simulated: with a, J v - nu_c stays what it is (no stabilisation)."""
+    errors, robot = [], evidence.robot
+    for q, v in evidence.states:
+        for contact in evidence.contact_kinds(q)[3:]:
+            stack = ContactStack([*evidence.contact_kinds(q)[:3], contact])
+            engine = RigidContactEngine(
+                robot, stack, q, 1e-3, v_start=v, position_gain=0.0, velocity_gain=0.0
+            )
+            a, _ = engine.accelerations(np.zeros(robot.nv))
+            speeds = []
+            for s in (1, -1):
+                kin = _flowed(evidence, q, v, s * STEP)
+                speeds.append(stack.jacobian(kin) @ (v + s * STEP * a) - stack.rate(kin))
+            errors.append((speeds[0] - speeds[1]) / (2 * STEP) / np.abs(a).max())
+    return Measured(worst(errors), "soles and grasp with one contact of every other kind")
+
+
 def _flowed(evidence: Evidence, q: Array, v: Array, span: float) -> Kinematics:
     return evidence.at(pin.integrate(evidence.robot.model, q, v * span), v, span)
 
@@ -153,6 +171,7 @@ def _projector(evidence: Evidence) -> Measured:
         errors += [J @ Q, Q @ Q - Q, Q - Q.T, J @ stacked.J_phi_pinv - np.eye(len(J))]
         errors += [np.linalg.matrix_rank(Q) - (J.shape[1] - rank), stacked.rank - rank]
         errors.append(J.T @ np.linalg.pinv(J.T) - stacked.J_phi_pinv @ J)
+        errors.append(np.column_stack([stacked.project(e) for e in np.eye(len(Q))]) - Q)
     return Measured(worst(errors), "18 rows, 36 velocities, along the run")
 
 
@@ -216,6 +235,8 @@ CHECKS = (
           "m, rad", _kept_contacts),
     Check("(8) row 2", "J a + drift is the second derivative of the contact",
           "contacts.*.drift", 1e-5, "m/s2, rad/s2", _contact_acceleration),
+    Check("(8)", "simulated accelerations keep J v = nu_c", "physics.RigidContactEngine", 1e-6, "",
+          _simulated_acceleration),
     Check("(12)", "J_phi Q_phi = 0, Q_phi symmetric, idempotent, of rank n - r; J_phi J_phi^+ = I",
           "contacts.StackedContacts", 1e-9, "", _projector),
     Check("(13)", "gradient and Hessian of the surfaces", "contacts.surfaces", 1e-7, "",

@@ -1,0 +1,81 @@
+"""A task of one's own: the palm stays under a ceiling while it is led through it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equipoise import get_robot
+from equipoise.contacts import ContactStack, SoleContact
+from equipoise.hqp import Rows, make_solver
+from equipoise.kinematics import Kinematics, KinematicsEvaluator
+from equipoise.motion import MotionGenerator
+from equipoise.tasks import (
+    ContactTask,
+    FramePoseTask,
+    JointLimitsTask,
+    PostureTask,
+    Task,
+    Waypoint,
+    WaypointTrajectory,
+)
+
+
+class CeilingTask(Task):
+    """Keep the origin of a frame below `height` [m]: `v_z <= rate * (height - z)`."""
+
+    labels = ("z",)
+    units = ("m",)
+
+    def __init__(self, name: str, frame_id: int, height: float, *, rate: float = 10.0) -> None:
+        super().__init__(name)
+        self.frame_id, self.height, self.rate = frame_id, height, rate
+
+    def rows(self, kin: Kinematics, t: float) -> Rows:
+        """Return one upper-bounded row."""
+        A = kin.jacobian(self.frame_id)[2:3]
+        upper = np.array([self.rate * (self.height - kin.placement(self.frame_id).translation[2])])
+        return Rows(self.name, "m/s", self.labels, A, np.array([-np.inf]), upper)
+
+    def error(self, kin: Kinematics, t: float) -> np.ndarray:
+        """Return how far [m] the frame is above the ceiling."""
+        return np.maximum(0.0, kin.placement(self.frame_id).translation[2:3] - self.height)
+
+
+def main(dt: float = 0.005) -> float:
+    """Lead the hand 10 cm through the ceiling, and return how high it came [m]."""
+    robot = get_robot("hrp2")
+    kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
+    soles = [
+        SoleContact(
+            name=s.name,
+            supporting=True,
+            sole=s,
+            frame_id=robot.frame_id(s.frame),
+            T_world_anchor=kin.placement(robot.frame_id(s.frame)),
+        )
+        for s in robot.soles
+    ]
+    palm = robot.frame_id("left_palm")
+    here = kin.placement(palm)
+    there = here.copy()
+    there.translation += np.array([0.1, 0.0, 0.3])
+    ceiling = CeilingTask("ceiling", palm, here.translation[2] + 0.2)
+    way = WaypointTrajectory([Waypoint(0.0, here), Waypoint(1.0, there), Waypoint(2.0, here)])
+    levels = [
+        [ContactTask("contacts", ContactStack(soles))],
+        [ceiling, JointLimitsTask("limits", robot)],
+        [FramePoseTask("hand", palm, way)],
+        [PostureTask("posture", robot, robot.q_half_sitting[7:])],
+    ]
+    motion = MotionGenerator(robot, levels, make_solver("active_set"), dt, robot.q_half_sitting)
+    steps = [motion.step(k * dt) for k in range(round(2.5 / dt))]
+    heights = [KinematicsEvaluator(robot).at(s.q_ref, s.v_ref).placement(palm) for s in steps]
+    top = max(pose.translation[2] for pose in heights)
+    print(
+        f"ceiling {ceiling.height:.4f} m, target {there.translation[2]:.4f} m, came to {top:.4f} m"
+    )
+    return top
+
+
+if __name__ == "__main__":
+    main()

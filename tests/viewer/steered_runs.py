@@ -1,0 +1,45 @@
+"""Short simulations of the tray that a script steers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from unittest.mock import patch
+
+import numpy as np
+
+from equipoise.scenarios import read_scenario
+from equipoise.scenarios.simulation import Simulation
+from equipoise.scenarios.steering import StopRequested, Wishes
+
+
+@cache
+def start() -> np.ndarray:
+    """Return the posture the tray starts from, found once."""
+    return Simulation(read_scenario("tray", ["duration=0.001"])).q_start
+
+
+def simulation(duration: float) -> Simulation:
+    """Return a fresh simulation of the tray."""
+    q_start = start()
+    with patch.object(Simulation, "_starting_posture", lambda self: q_start.copy()):
+        return Simulation(read_scenario("tray", [f"duration={duration}"]))
+
+
+class Script:
+    """Steers by a list: wishes by tick; `stop` is the tick that is no longer run."""
+
+    def __init__(self, wishes: Mapping[int, Wishes], stop: int | None = None) -> None:
+        self.paused_s = 0.0
+        self.seen: list[float] = []
+        self._wishes, self._stop = dict(wishes), stop
+
+    def before_tick(self, t: float) -> Wishes | None:
+        """Return what the script says."""
+        if self._stop is not None and len(self.seen) >= self._stop:
+            raise StopRequested
+        return self._wishes.get(len(self.seen))
+
+    def after_tick(self, t: float, values: Mapping[str, np.ndarray]) -> None:
+        """Remember the time."""
+        self.seen.append(t)

@@ -1,0 +1,212 @@
+"""The viewer in a real browser: it shows the robot, obeys, and tells strangers nothing.
+
+EQUIPOISE_SCREENSHOTS names a folder in which the pictures are kept, to be looked at.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import threading
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.[viewer]'")
+pytest.importorskip("selenium", reason="needs selenium: pip install -e '.[dev]'")
+
+from browser import (
+    CHROMIUM,
+    DRIVER,
+    picture,
+    scene,
+    share_changed,
+    share_of_ink,
+    start_chromium,
+    until,
+    wait_for_robot,
+)
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+from equipoise.analysis.report import make_report
+from equipoise.viewer.longlog import LongLog
+from equipoise.viewer.replay import Replay
+from equipoise.viewer.server import ViewerServer
+
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None or DRIVER is None,
+    reason="needs Chromium and its driver: apt-get install chromium chromium-driver",
+)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    browser = start_chromium(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.quit()
+
+
+@pytest.fixture(scope="module")
+def shots(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = os.environ.get("EQUIPOISE_SCREENSHOTS")
+    folder = Path(place) if place else tmp_path_factory.mktemp("shots")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def replay(sway: Path, browser: Any) -> Iterator[Replay]:
+    server = ViewerServer(port=0)
+    replay = Replay(LongLog(sway), server)
+    replay.start()
+    browser.get(server.url)
+    wait_for_robot(browser)
+    yield replay
+    replay.stop()
+    server.stop()
+
+
+def test_the_robot_is_seen(replay: Replay, browser: Any, shots: Path) -> None:
+    image = picture(browser, shots / "replay.png")
+    assert share_of_ink(scene(image)) > 0.2
+    table = until(lambda: browser.find_element(By.ID, "equipoise-hierarchy").text)
+    assert "left_hand" in table
+    assert "Posture error" in browser.page_source
+
+
+def test_the_time_line_moves_the_robot(replay: Replay, browser: Any, shots: Path) -> None:
+    before = picture(browser)
+    boxes = browser.find_elements(By.CSS_SELECTOR, "input.mantine-NumberInput-input")
+    boxes[0].send_keys(Keys.CONTROL, "a")
+    boxes[0].send_keys("0.25", Keys.ENTER)
+    until(lambda: abs(replay.clock.t - 0.25) < 1e-9)
+    until(lambda: share_changed(scene(before), scene(picture(browser))) > 0.01)
+    picture(browser, shots / "replay_later.png")
+
+
+def test_keys_step_and_play(replay: Replay, browser: Any) -> None:
+    replay.clock.seek(0.3)
+    browser.execute_script("document.activeElement.blur()")
+    page = browser.find_element(By.TAG_NAME, "body")
+    page.send_keys(Keys.ARROW_RIGHT)
+    until(lambda: abs(replay.clock.t - 0.301) < 1e-9)
+    page.send_keys(Keys.ARROW_LEFT)
+    until(lambda: abs(replay.clock.t - 0.3) < 1e-9)
+    page.send_keys(Keys.SPACE)
+    until(lambda: replay.clock.t > 0.35)
+    replay.clock.play(False)
+
+
+def test_layers_are_switched(replay: Replay, browser: Any, shots: Path) -> None:
+    replay.clock.seek(0.0)
+    for button in browser.find_elements(By.XPATH, "//*[text()='Layers']"):
+        browser.execute_script("arguments[0].click()", button)
+    boxes = until(lambda: browser.find_elements(By.CSS_SELECTOR, "input[type=checkbox]"))
+    labels = {_label(browser, box): box for box in boxes}
+    wanted = ["Robot", "Reference (ghost)", "World", "Contact forces"]
+    wanted += ["Balance (polygon, CoM, CoP)", "Closest distances", "Trails of the hands"]
+    assert set(wanted) <= set(labels)
+    with_all = picture(browser)
+    for name in wanted:
+        browser.execute_script("arguments[0].click()", labels[name])
+    until(lambda: not replay.display._robot._top.visible)
+    until(lambda: share_changed(scene(with_all), scene(picture(browser))) > 0.1)
+    picture(browser, shots / "layers_off.png")
+    for name in wanted:
+        browser.execute_script("arguments[0].click()", labels[name])
+    until(lambda: share_changed(scene(with_all), scene(picture(browser))) < 0.02)
+
+
+def _label(browser: Any, box: Any) -> str:
+    """Return the text that stands beside a check box."""
+    return browser.execute_script(
+        "let e = arguments[0]; while (e && !e.innerText.trim()) e = e.parentElement;"
+        "return e ? e.innerText.trim() : ''",
+        box,
+    )
+
+
+EVIL_PAGE = """<!doctype html><title>waiting</title><script>
+const tell = [];
+const done = what => {{
+  tell.push(what);
+  if (tell.length === 2) document.title = tell.sort().join();
+}};
+fetch("{url}").then(r => r.text()).then(() => done("read"), () => done("fetch refused"));
+const socket = new WebSocket("{url}".replace("http", "ws"), ["viser-v{version}"]);
+socket.onopen = () => done("connected"); socket.onerror = () => done("socket refused");
+const frame = document.createElement("iframe"); frame.src = "{url}";
+document.documentElement.append(frame);
+</script>"""
+
+
+def test_a_page_from_elsewhere_reads_and_pushes_nothing(replay: Replay, browser: Any) -> None:
+    import viser
+
+    page = EVIL_PAGE.format(url=replay.server.url, version=viser.__version__).encode()
+
+    class Evil(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(page)
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    elsewhere = ThreadingHTTPServer(("127.0.0.1", 0), Evil)
+    threading.Thread(target=elsewhere.serve_forever, daemon=True).start()
+    try:
+        clients = len(replay.server.viser.get_clients())
+        browser.get(f"http://localhost:{elsewhere.server_port}/")
+        until(lambda: browser.title != "waiting")
+        assert browser.title == "fetch refused,socket refused"
+        said = until(lambda: [e["message"] for e in browser.get_log("browser")])
+        assert any("frame" in message and "X-Frame-Options" in message for message in said) or any(
+            "frame-ancestors" in message for message in said
+        )
+        assert len(replay.server.viser.get_clients()) <= clients
+    finally:
+        elsewhere.shutdown()
+        elsewhere.server_close()
+
+
+def test_opened_to_the_network_the_token_opens_the_page(browser: Any) -> None:
+    server = ViewerServer("0.0.0.0", port=0)
+    try:
+        server.viser.scene.add_box("/robot/joint1/box")
+        browser.get(f"http://127.0.0.1:{server.port}/")
+        assert "403" in browser.page_source
+        browser.get(f"http://127.0.0.1:{server.port}/?token={server.guard.token}")
+        assert "token" not in browser.current_url
+        until(lambda: len(server.viser.get_clients()) == 1)
+    finally:
+        browser.get("about:blank")
+        server.stop()
+
+
+def test_the_report_plays_without_a_network(
+    sway: Path, browser: Any, shots: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "sway"
+    shutil.copytree(sway, folder)
+    (folder / "figures").mkdir()  # drawing them is another test's business
+    picture(browser, folder / "figures" / "any.png")
+    report = make_report([folder, folder], tmp_path / "report.html")
+    browser.get(report.as_uri())
+    until(lambda: browser.find_element(By.ID, "shown").text.endswith("s"))
+    canvases = browser.find_elements(By.TAG_NAME, "canvas")
+    assert len(canvases) == 2
+    before = picture(browser, shots / "report.png")
+    assert share_of_ink(before) > 0.05
+    seek = "const s = document.getElementById('time'); s.value = arguments[0]; s.oninput();"
+    browser.execute_script(seek, 0.25)
+    assert browser.find_element(By.ID, "shown").text == "0.25 s"
+    assert share_changed(before, picture(browser)) > 0.002
+    browser.find_element(By.ID, "play").click()
+    until(lambda: float(browser.find_element(By.ID, "shown").text[:-2]) > 0.3)

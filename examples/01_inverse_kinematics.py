@@ -14,7 +14,7 @@ from equipoise.contacts import ContactStack, SoleContact, SupportPolygon
 from equipoise.contacts.support import sole_corners
 from equipoise.hqp import make_solver
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.motion import MotionGenerator
+from equipoise.motion import MotionGenerator, MotionStep
 from equipoise.tasks import (
     ComPolygonTask,
     ContactTask,
@@ -28,8 +28,8 @@ from equipoise.tasks import (
 DT = 0.005
 
 
-def main(seconds: float = 3.0) -> None:
-    """Follow the hierarchy and print what became of it."""
+def main(seconds: float = 3.0) -> tuple[MotionStep, dict[str, np.ndarray]]:
+    """Follow the hierarchy; print and return the last step and what the hands miss."""
     robot = get_robot("hrp2")
     kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
     place = {name: kin.placement(robot.frame_id(name)) for name in robot.frame_names}
@@ -70,6 +70,7 @@ def main(seconds: float = 3.0) -> None:
     print(f"balance: {1000 * polygon.margin(step.kin.p_world_com):.1f} mm inside the polygon")
     bound = [step.hierarchy.name_of(r) for r in np.flatnonzero(np.abs(step.solution.active) == 1)]
     print("at a bound:", ", ".join(bound))
+    return step, {task.name: task.error(step.kin, step.t) for task in hands}
 
 
 if __name__ == "__main__":

@@ -27,8 +27,8 @@ from equipoise.physics import RigidContactEngine
 DT = 0.001
 
 
-def main(seconds: float = 1.5) -> None:
-    """Run the loop and print force and posture errors."""
+def main(seconds: float = 1.5) -> tuple[float, float]:
+    """Run the loop; print and return the last force [N] and posture error [rad]."""
     robot = get_robot("hrp2")
     q = robot.q_half_sitting
     kin = KinematicsEvaluator(robot).at(q, np.zeros(robot.nv))
@@ -73,6 +73,7 @@ def main(seconds: float = 1.5) -> None:
                 f"t = {t:.2f} s  force {fn:6.2f} N (wanted {wanted[0]:5.2f})  posture {dq:.1e} rad"
             )
     print(*advice.sentences(), sep="\n")
+    return fn, dq
 
 
 if __name__ == "__main__":

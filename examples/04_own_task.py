@@ -41,8 +41,8 @@ class CeilingTask(Task):
         return np.maximum(0.0, kin.placement(self.frame_id).translation[2:3] - self.height)
 
 
-def main(dt: float = 0.005) -> float:
-    """Lead the hand 10 cm through the ceiling, and return how high it came [m]."""
+def main(dt: float = 0.005) -> tuple[float, float, float]:
+    """Lead the hand 10 cm through the ceiling; return how high it came, ceiling, target [m]."""
     robot = get_robot("hrp2")
     kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
     soles = [
@@ -74,7 +74,7 @@ def main(dt: float = 0.005) -> float:
     print(
         f"ceiling {ceiling.height:.4f} m, target {there.translation[2]:.4f} m, came to {top:.4f} m"
     )
-    return top
+    return top, ceiling.height, there.translation[2]
 
 
 if __name__ == "__main__":

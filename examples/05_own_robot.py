@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from equipoise import get_robot, run_scenario
+from equipoise import Run, get_robot, run_scenario
 from equipoise.robots import check_urdf
 
 LINK = """<link name="{name}"><inertial><origin xyz="0 0 {z}"/><mass value="{mass}"/>
@@ -69,7 +69,7 @@ def extras() -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(folder: str = "runs/biped") -> None:
+def main(folder: str = "runs/biped") -> Run:
     """Write, check, load and run the biped."""
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
@@ -84,6 +84,7 @@ def main(folder: str = "runs/biped") -> None:
     for name in ("posture_error", "com_margin", "torque_share", "reaction_pressure"):
         row = run.summary["metrics"][name]
         print(f"{name:<18}{row['value']:.2e} {row['unit']}")
+    return run
 
 
 if __name__ == "__main__":

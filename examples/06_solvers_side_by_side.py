@@ -7,25 +7,42 @@ same problem. The certificate knows no solver: it bounds how far above its optim
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass, field
+from statistics import median
 from time import perf_counter
 
-import numpy as np
-
 from equipoise import read_scenario
-from equipoise.hqp import make_solver
+from equipoise.hqp import Hierarchy, make_solver
 from equipoise.scenarios.simulation import Simulation
 
 SOLVERS = ("active_set", "cascade", "daqp")
 
 
-def main(duration: float = 6.2, stride: int = 10, *overrides: str) -> None:
+@dataclass
+class Outcome:
+    """What one solver did: certificates that hold, worst excess [m/s, rad/s] of each, times."""
+
+    holds: int = 0
+    excess: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+
+    @property
+    def median_us(self) -> float:
+        """Median time of a solution [us]."""
+        return 1e6 * median(self.seconds)
+
+    def certify(self, hierarchy: Hierarchy, solution) -> None:
+        """Count one certificate."""
+        certificate = solution.certificate(hierarchy)
+        self.holds += certificate.holds()
+        self.excess.append(max(level.excess for level in certificate.levels))
+
+
+def main(duration: float = 6.2, stride: int = 10, *overrides: str) -> dict[str, Outcome]:
     """Solve every `stride`-th hierarchy of the tray's first `duration` seconds three times."""
     simulation = Simulation(read_scenario("tray", overrides))
     solvers = {name: make_solver(name) for name in SOLVERS}
-    excess: dict[str, list[list[float]]] = {name: [] for name in SOLVERS}
-    slack: dict[str, list[tuple[float, ...]]] = {name: [] for name in SOLVERS}
-    spent: dict[str, list[float]] = {name: [] for name in SOLVERS}
-    holds = dict.fromkeys(SOLVERS, 0)
+    outcomes = {name: Outcome() for name in SOLVERS}
     for k in range(round(duration / simulation.dt)):
         hierarchy = simulation.motion.step(k * simulation.dt).hierarchy
         for name, solver in solvers.items():
@@ -33,18 +50,15 @@ def main(duration: float = 6.2, stride: int = 10, *overrides: str) -> None:
                 continue  # the warm-started solver sees every problem, as it does in a run
             began = perf_counter()
             solution = solver.solve(hierarchy)
-            spent[name].append(perf_counter() - began)
+            outcomes[name].seconds.append(perf_counter() - began)
             if k % stride == 0:
-                certificate = solution.certificate(hierarchy)
-                holds[name] += certificate.holds()
-                excess[name].append([level.excess for level in certificate.levels])
-                slack[name].append(solution.slack)
-    for name in SOLVERS:
-        worst = np.max(excess[name], axis=0)
-        print(f"{name:<11}{holds[name]} of {len(excess[name])} certificates hold", end=", ")
-        print(f"median {1e6 * np.median(spent[name]):.0f} us")
-        print("   worst excess by level:", "  ".join(f"{x:.1e}" for x in worst))
-        print("   worst slack by level: ", "  ".join(f"{x:.1e}" for x in np.max(slack[name], 0)))
+                outcomes[name].certify(hierarchy, solution)
+    for name, outcome in outcomes.items():
+        print(
+            f"{name:<11}{outcome.holds} of {len(outcome.excess)} certificates hold, worst excess "
+            f"{max(outcome.excess):.1e}, median {outcome.median_us:.0f} us"
+        )
+    return outcomes
 
 
 if __name__ == "__main__":

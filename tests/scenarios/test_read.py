@@ -12,7 +12,7 @@ from equipoise.scenarios import (
     resolved_text,
 )
 from equipoise.scenarios.places import build_places
-from equipoise.scenarios.simulation import true_robot
+from equipoise.scenarios.truth import true_robot
 
 TEXT = named_scenarios()["tray"].read_text(encoding="utf-8")
 

@@ -2,7 +2,7 @@
 
 from equipoise.physics.engine import PhysicsEngine, PhysicsState
 from equipoise.physics.rigid import DivergedError, RigidContactEngine
-from equipoise.physics.slider import Slider, SliderMode
+from equipoise.physics.slider import Slider, SliderMode, SliderState
 
 __all__ = [
     "DivergedError",
@@ -11,4 +11,5 @@ __all__ = [
     "RigidContactEngine",
     "Slider",
     "SliderMode",
+    "SliderState",
 ]

@@ -350,7 +350,7 @@ class SignSpec(Section):
 class GainsSpec(Section):
     """Gains of the law, with the paper's letters (`equipoise.control.ControlGains` has a table).
 
-    `K_d` is `kappa` [1/s] times the nominal inertia matrix at half-sitting, a constant computed
+    `K_d` is `kappa` [1/s] times the nominal inertia matrix at the start, a constant computed
     once by the gain adviser; `kappa` may be left out, then the adviser chooses it.
     """
 

@@ -32,8 +32,8 @@ class RobotView:
         self._lock = threading.RLock()
         scene = self._server.scene
         scene.add_grid("/floor", width=4.0, height=4.0, cell_size=0.1, section_size=0.5)
-        self._server.initial_camera.position = (1.9, -1.3, 1.3)
-        self._server.initial_camera.look_at = (0.0, 0.0, 0.7)
+        self._server.initial_camera.position = (1.4, -1.0, 1.05)
+        self._server.initial_camera.look_at = (0.0, 0.0, 0.6)
         self._drawing = Drawing(scene, "/robot", robot_parts(Scene(robot)))
         self._frames = _Frames(self._server, robot)
         self._sliders: list[viser.GuiSliderHandle] = []

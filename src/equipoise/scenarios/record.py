@@ -1,0 +1,177 @@
+"""What a run writes down: its channels, and their values at a tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.contacts import ReactionMargins, SoleContact, reaction_margins
+from equipoise.control import Command, ControlStatus
+from equipoise.distances import DistanceEvaluator
+from equipoise.errors import InputError
+from equipoise.hqp import Status
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.motion import MotionStep
+from equipoise.physics import PhysicsState, Slider, SliderState
+from equipoise.runlog import Channel
+from equipoise.scenarios import schema
+from equipoise.scenarios.places import Places
+from equipoise.scenarios.wording import at_path
+from equipoise.spatial import Array
+from equipoise.tasks import AvoidanceTask, FramePoseTask, Task
+from equipoise.world import Pair
+
+CONTROL_CODES = {ControlStatus.RUN: 0.0, ControlStatus.SATURATED: 1.0, ControlStatus.HELD: 2.0}
+HIERARCHY_CODES = {Status.SOLVED: 0.0, Status.ITERATION_LIMIT: 1.0, Status.FAILED: 2.0}
+
+
+class Recorder:
+    """Turns what a tick produced into the values of its channels."""
+
+    def __init__(
+        self,
+        scenario: schema.Scenario,
+        places: Places,
+        levels: list[list[Task]],
+        wanted_forces: Mapping[str, list[Callable[[float], float]]],
+        sliders: Mapping[Slider, SliderState],
+    ) -> None:
+        self.scenario, self.places = scenario, places
+        self.pairs = monitored_pairs(scenario, places, levels)
+        self.channels = channels_of(scenario, places, levels, self.pairs)
+        self._wanted = wanted_forces
+        self._sliders = sliders
+        self._kinematics = KinematicsEvaluator(places.robot)
+        self._distances = DistanceEvaluator(places.scene, self.pairs)
+        self._frame_tasks = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
+
+    def values(
+        self,
+        t: float,
+        state: PhysicsState,
+        motion: MotionStep,
+        command: Command,
+        after: PhysicsState,
+    ) -> dict[str, Array]:
+        """Return the logged values of a tick; multipliers are those that act during it."""
+        kin = self._kinematics.at(state.q, state.v)
+        values = {
+            "q": state.q,
+            "v": state.v,
+            "q_ref": motion.q_ref,
+            "v_ref": motion.v_ref,
+            "tau": command.tau,
+            "dq": pin.difference(self.places.robot.model, motion.q_ref, state.q),
+            "s": command.s,
+            "com": kin.p_world_com,
+            "com_margin": np.array([self.places.polygon.margin(kin.p_world_com)]),
+            "distance": self._distances.at(kin),
+            "slack": np.array(motion.solution.slack),
+            "drift": np.array([after.drift]),
+            "status": np.array(
+                [CONTROL_CODES[command.status], HIERARCHY_CODES[motion.solution.status]]
+            ),
+        }
+        self._log_contacts(values, t, after)
+        self._log_sliders(values, t)
+        for task in self._frame_tasks:
+            values[f"error/{task.name}"] = task.error(kin, t)
+        return values
+
+    def _log_contacts(self, values: dict[str, Array], t: float, after: PhysicsState) -> None:
+        holding = {contact.name for contact in self.places.schedule.at(t).contacts}
+        for contact in self.places.contacts.contacts:
+            lam = after.lam[self.places.contacts.rows[contact.name]]
+            values[f"lam/{contact.name}"] = lam
+            if contact.regulated:
+                wanted = np.array([force(t) for force in self._wanted[contact.name]])
+                values[f"lam_ref/{contact.name}"] = wanted * (contact.name in holding)
+            if isinstance(contact, SoleContact):
+                margins = reaction_margins(lam, contact.sole, contact.friction)
+                values[f"margin/{contact.name}"] = margins.as_array()
+
+    def _log_sliders(self, values: dict[str, Array], t: float) -> None:
+        for slider, state in self._sliders.items():
+            spec = self.scenario.contacts[slider.contact]
+            target = self.places.targets[spec.slider]
+            values[f"slider/{spec.slider}"] = np.array([state.travel, target.travel(t)[0]])
+
+
+def monitored_pairs(
+    scenario: schema.Scenario, places: Places, levels: list[list[Task]]
+) -> list[Pair]:
+    """Return every pair that a task keeps apart or the scenario watches, each once."""
+    pairs: dict[str, Pair] = {}
+    for level in levels:
+        for task in level:
+            if isinstance(task, AvoidanceTask):
+                pairs.update((pair.name, pair) for pair in task.pairs)
+    for i, (first, second) in enumerate(scenario.monitor):
+        try:
+            pair = places.scene.pair(first, second)
+        except InputError as error:
+            raise at_path(error, f"monitor.{i}") from None
+        pairs.setdefault(pair.name, pair)
+    return list(pairs.values())
+
+
+def channels_of(
+    scenario: schema.Scenario, places: Places, levels: list[list[Task]], pairs: list[Pair]
+) -> list[Channel]:
+    """Return the channels that a run of the scenario logs."""
+    robot = places.robot
+    q_labels = ("x", "y", "z", "qx", "qy", "qz", "qw", *robot.joint_names)
+    q_units = ("m", "m", "m", "", "", "", "", *("rad",) * robot.na)
+    v_units = (*("m/s",) * 3, *("rad/s",) * (robot.na + 3))
+    dq_units = (*("m",) * 3, *("rad",) * (robot.na + 3))
+    channels = [
+        Channel("q", q_labels, q_units, "measured configuration, quaternion xyzw"),
+        Channel("v", robot.velocity_names, v_units, "measured velocity, base in base axes"),
+        Channel("q_ref", q_labels, q_units, "reference configuration"),
+        Channel("v_ref", robot.velocity_names, v_units, "reference velocity"),
+        Channel("tau", robot.joint_names, "N m", "commanded joint torques"),
+        Channel("dq", robot.velocity_names, dq_units, "posture error q (-) q_ref"),
+        Channel("s", robot.velocity_names, v_units, "extended error (21)"),
+        Channel("com", ("x", "y", "z"), "m", "centre of mass, world axes"),
+        Channel("com_margin", ("edge",), "m", "distance of the CoM projection to the polygon"),
+        Channel("distance", tuple(p.name for p in pairs), "m", "distances of monitored pairs"),
+        Channel("slack", tuple(f"level{i}" for i in range(len(levels))), "", "|w| of each level"),
+        Channel("drift", ("largest",), "m or rad", "largest violation of a contact"),
+        Channel(
+            "status",
+            ("control", "hierarchy"),
+            "",
+            "control: 0 run, 1 saturated, 2 held; hierarchy: 0 solved, 1 limit, 2 failed",
+        ),
+    ]
+    for contact in places.contacts.contacts:
+        name = contact.name
+        channels.append(
+            Channel(f"lam/{name}", contact.labels, contact.units, "multiplier, world on robot")
+        )
+        if contact.regulated:
+            units = tuple(contact.units[contact.labels.index(r)] for r in contact.regulated)
+            channels.append(
+                Channel(f"lam_ref/{name}", contact.regulated, units, "wanted multiplier")
+            )
+        if isinstance(contact, SoleContact):
+            channels.append(
+                Channel(
+                    f"margin/{name}",
+                    ReactionMargins.LABELS,
+                    ReactionMargins.UNITS,
+                    "distance of the reaction to what a floor cannot give",
+                )
+            )
+    for name in scenario.world.sliders:
+        doc = "way of the pushed object, and the wanted one"
+        channels.append(Channel(f"slider/{name}", ("travel", "wanted"), "m", doc))
+    for level in levels:
+        for task in level:
+            if isinstance(task, FramePoseTask):
+                channels.append(
+                    Channel(f"error/{task.name}", task.labels, task.units, "task error, world axes")
+                )
+    return channels

@@ -1,0 +1,41 @@
+"""What is simulated and the controller is not told: true masses, payloads, objects that slide."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equipoise.physics import Slider
+from equipoise.robots import Robot
+from equipoise.scenarios import schema
+from equipoise.scenarios.places import Places, check_object
+from equipoise.scenarios.wording import frame_of
+
+
+def true_robot(scenario: schema.Scenario, places: Places) -> Robot:
+    """Return the robot that is simulated: nominal, with the disturbances the law is not told."""
+    disturbances = scenario.disturbances
+    robot = places.robot
+    if disturbances.mass_scale != 1.0:
+        robot = robot.scaled(disturbances.mass_scale)
+    for i, payload in enumerate(disturbances.payloads):
+        path = f"disturbances.payloads.{i}"
+        point = np.array(payload.at)
+        if payload.object is not None:
+            check_object(scenario, payload.object, f"{path}.object")
+            frame = next(iter(scenario.world.objects[payload.object].handles))
+            point = places.handles[payload.object, frame].actInv(point)
+        else:
+            frame = payload.frame or ""
+            frame_of(robot, frame, f"{path}.frame")
+        robot = robot.with_payload(frame, payload.mass, tuple(point))
+    return robot
+
+
+def true_sliders(scenario: schema.Scenario) -> list[Slider]:
+    """Return the objects behind the pushing contacts."""
+    sliders = scenario.world.sliders
+    return [
+        Slider(name, sliders[spec.slider].coulomb, sliders[spec.slider].viscosity)
+        for name, spec in scenario.contacts.items()
+        if isinstance(spec, schema.PushContactSpec)
+    ]

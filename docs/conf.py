@@ -22,6 +22,7 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
+myst_fence_as_directive = ["math"]  # written as GitHub reads it
 html_theme = "furo"
 html_title = "Equipoise"
 autodoc_member_order = "bysource"

@@ -11,6 +11,7 @@ import io
 import math
 import re
 import runpy
+import shutil
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -32,6 +33,7 @@ def run_of(label: str, scenario: str, *overrides: str) -> Run:
     folder = RUNS / label
     if not (folder / "summary.json").exists():
         print(f"running {label} ...", flush=True)
+        shutil.rmtree(folder, ignore_errors=True)  # what an interrupted run left
         run_scenario(scenario, out=folder, overrides=overrides, figures=False)
     return load_run(folder)
 
@@ -191,11 +193,10 @@ def main(*names: str) -> None:
     for name, page in pages().items():
         if names and name not in names:
             continue
-        text = page.read_text(encoding="utf-8")
-        start, end = f"<!-- measured:{name} -->", f"<!-- /measured:{name} -->"
-        before, rest = text.split(start, 1)
-        after = rest.split(end, 1)[1]
         inside = BLOCKS[name]()
+        start, end = f"<!-- measured:{name} -->", f"<!-- /measured:{name} -->"
+        before, rest = page.read_text(encoding="utf-8").split(start, 1)
+        after = rest.split(end, 1)[1]
         page.write_text(f"{before}{start}\n\n{inside}\n\n{end}{after}", encoding="utf-8")
         print(f"{page.relative_to(ROOT)}: {name}", flush=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise import get_robot
 from equipoise.contacts import ContactStack, SoleContact
@@ -45,20 +46,15 @@ def main(dt: float = 0.005) -> tuple[float, float, float]:
     """Lead the hand 10 cm through the ceiling; return how high it came, ceiling, target [m]."""
     robot = get_robot("hrp2")
     kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
-    soles = [
-        SoleContact(
-            name=s.name,
-            supporting=True,
-            sole=s,
-            frame_id=robot.frame_id(s.frame),
-            T_world_anchor=kin.placement(robot.frame_id(s.frame)),
-        )
-        for s in robot.soles
-    ]
+    soles = []
+    for sole in robot.soles:
+        frame_id = robot.frame_id(sole.frame)
+        anchor = kin.placement(frame_id)
+        contact = {"frame_id": frame_id, "T_world_anchor": anchor, "supporting": True}
+        soles.append(SoleContact(name=sole.name, sole=sole, **contact))
     palm = robot.frame_id("left_palm")
     here = kin.placement(palm)
-    there = here.copy()
-    there.translation += np.array([0.1, 0.0, 0.3])
+    there = pin.SE3(here.rotation, here.translation + np.array([0.1, 0.0, 0.3]))
     ceiling = CeilingTask("ceiling", palm, here.translation[2] + 0.2)
     way = WaypointTrajectory([Waypoint(0.0, here), Waypoint(1.0, there), Waypoint(2.0, here)])
     levels = [
@@ -69,8 +65,8 @@ def main(dt: float = 0.005) -> tuple[float, float, float]:
     ]
     motion = MotionGenerator(robot, levels, make_solver("active_set"), dt, robot.q_half_sitting)
     steps = [motion.step(k * dt) for k in range(round(2.5 / dt))]
-    heights = [KinematicsEvaluator(robot).at(s.q_ref, s.v_ref).placement(palm) for s in steps]
-    top = max(pose.translation[2] for pose in heights)
+    places = [KinematicsEvaluator(robot).at(s.q_ref, s.v_ref).placement(palm) for s in steps]
+    top = max(place.translation[2] for place in places)
     print(
         f"ceiling {ceiling.height:.4f} m, target {there.translation[2]:.4f} m, came to {top:.4f} m"
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 FOLDER = Path(__file__).parents[1] / "examples"
-LONGEST = 90  # lines that can be read in one sitting
+LONGEST = 80  # lines that can be read in one sitting
 
 
 @pytest.fixture

@@ -85,7 +85,7 @@ MUTATIONS = (
        "+ self.gains.beta * stacked.lift", "law"),
     _m("(21) force part dropped", LAW, "- self.gains.beta * stacked.lift(s_rF)", "", "law"),
     _m("(21) projection dropped", LAW, "s = stacked.project(s_rp)", "s = s_rp", "law"),
-    _m("(22b) growth", MANIFOLDS, "np.exp(-self.beta_p", "np.exp(self.beta_p", "law"),
+    _m("(22b) growth", MANIFOLDS, "np.exp(-self.beta_p", "np.exp(self.beta_p", "promises"),
     _m("(22c) dropped", MANIFOLDS, "self.s_qp = self.s_p - self.s_p0",
        "self.s_qp = self.s_p - 0.0 * self.s_p0", "promises"),
     _m("(22d) sign", MANIFOLDS, "self.s_qp + self.k_ip", "self.s_qp - self.k_ip", "law"),

@@ -115,7 +115,7 @@ class LiveView:
         if now - self._panels_at >= PANEL_PERIOD:
             self._panels_at = now
             self.display.show_hierarchy(moment)
-            self._plots.refresh()
+            self._plots.refresh(t)
 
     def _welcome(self) -> None:
         for _ in range(IN_FLIGHT):

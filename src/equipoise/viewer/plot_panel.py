@@ -29,10 +29,10 @@ class PlotPanel:
         shown = [title for title in FIRST_SHOWN if title in plots]
         self.slots = [Slot(gui, plots, title, self._curves_of) for title in shown]
 
-    def refresh(self) -> None:
-        """Take what the envelope has gathered since."""
+    def refresh(self, t: float | None = None) -> None:
+        """Take what the envelope has gathered since; `t` [s] moves the line there."""
         for slot in self.slots:
-            slot.refresh()
+            slot.refresh(t)
 
     def show(self, t: float) -> None:
         """Move the line to time `t` [s]."""
@@ -79,9 +79,10 @@ class Slot:
         self._charted = ""
         self._lock = threading.RLock()
 
-    def refresh(self) -> None:
-        """Draw the chosen plot anew from its curves."""
+    def refresh(self, t: float | None = None) -> None:
+        """Draw the chosen plot anew from its curves, with the line at `t` [s] or where it was."""
         with self._lock:
+            self._now = self._now if t is None else t
             title = self._choice.value
             labels, self._t, values = self._curves_of(title)
             self._values = without_gaps(self._t, values)

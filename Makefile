@@ -31,8 +31,8 @@ $(VENV)/bin/python:
 	  { rm -rf $(VENV); echo "No virtual environment could be made; on Debian: apt-get install python3-venv"; exit 1; }
 
 $(VENV)/installed: pyproject.toml $(VENV)/bin/python
-	@echo "Installing Equipoise into $(VENV) (about a minute, 0.8 GB) ..."
-	@$(BIN)/python -m pip install -q --disable-pip-version-check -e .
+	@echo "Installing Equipoise into $(VENV) (about a minute, 1 GB) ..."
+	@$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[viewer]'
 	@touch $@
 
 $(VENV)/installed-dev: pyproject.toml $(VENV)/installed

@@ -153,3 +153,29 @@ def test_disturbances_change_the_true_robot_only():
     nominal = places.robot.mass
     assert true_robot(scenario, places).mass == pytest.approx(1.3 * nominal + 5.0)
     assert places.robot.mass == nominal
+
+
+def test_a_waypoint_inside_the_desk_is_refused_by_name():
+    from equipoise.scenarios.sanity import check_waypoints
+
+    scenario = parse_scenario(TEXT, ("world.objects.tray.waypoints.4.xyz=[0.52, 0.0, 0.80]",))
+    with pytest.raises(ScenarioError, match="mm inside desk") as caught:
+        check_waypoints(scenario, build_places(scenario))
+    assert caught.value.path == "world.objects.tray.waypoints.4"
+    nominal = parse_scenario(TEXT)
+    check_waypoints(nominal, build_places(nominal))
+
+
+def test_a_contact_that_cannot_hold_is_refused_by_name():
+    """A palm on a sphere two metres away, while both feet stand: no small step closes the gap."""
+    from equipoise.scenarios.sanity import check_contacts
+
+    far = (
+        "contacts.far={kind: surface, frame: left_sole, "
+        "surface: {sphere: 0.1, at: {xyz: [2.0, 0.0, 1.0]}}, force: {times: [0], values: [5.0]}}"
+    )
+    scenario = parse_scenario(TEXT, (far,))
+    places = build_places(scenario)
+    with pytest.raises(ScenarioError, match="cannot hold together") as caught:
+        check_contacts(places, places.robot.q_half_sitting, places.schedule.at(0.0))
+    assert caught.value.path in ("contacts.far", "contacts.grasp")

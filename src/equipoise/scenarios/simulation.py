@@ -28,6 +28,7 @@ from equipoise.scenarios.forces import wanted_forces
 from equipoise.scenarios.levels import APPROACH_TIME, build_levels, build_start_levels
 from equipoise.scenarios.places import build_places
 from equipoise.scenarios.record import Recorder
+from equipoise.scenarios.sanity import check_contacts, check_waypoints
 from equipoise.scenarios.steering import Helm, Steering
 from equipoise.scenarios.truth import true_robot, true_sliders
 from equipoise.spatial import Array
@@ -45,8 +46,10 @@ class Simulation:
         self.scenario = scenario
         self.places = build_places(scenario)
         self.robot = self.places.robot
+        check_waypoints(scenario, self.places)
         self.levels = build_levels(scenario, self.places)
         self.q_start = self._starting_posture()
+        check_contacts(self.places, self.q_start, self.places.reference_schedule.at(0.0))
         self.advice = self._advice()
         self.wanted_forces = wanted_forces(scenario, self.places)
         self.dt = scenario.control.period

@@ -13,7 +13,7 @@ import pinocchio as pin
 FOLDER = Path(__file__).parents[1] / "src/equipoise/scenarios/files"
 SKIN = 0.04  # [m] from the palm frame to the skin, along the palm's normal
 
-HEADER = """# A palm slides along a {name} and keeps pressing it; nothing but geometry tells it where to push.
+HEADER = """# A palm slides along a {name} and keeps pressing it with a wanted force.
 # Written by tools/author_surface_ways.py. Lengths in m, angles in rad, times in s, forces in N.
 name: {name}
 title: HRP-2 slides a palm along a {name} with a tracked normal force

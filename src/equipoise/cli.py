@@ -151,7 +151,7 @@ def scenarios(name: str | None) -> None:
         click.echo(resolved_text(read_scenario(name)), nl=False)
         return
     for key in named_scenarios():
-        click.echo(f"{key:<16}{read_scenario(key).title}")
+        click.echo(f"{key:<20}{read_scenario(key).title}")
 
 
 @cli.command()

@@ -42,5 +42,5 @@ def test_it_is_approached_touched_pushed_and_released(telephone):
 def test_a_palm_slides_along_a_curved_surface(name, tmp_path):
     run = run_scenario(name, out=tmp_path / "run", figures=False)
     assert not missed(run)
-    tau = run["lam/press"]
-    assert tau.min() > 0.0
+    after_contact = run.t > 0.05  # before, the force is on its way from nothing
+    assert run["lam/press"][after_contact].min() > 0.0

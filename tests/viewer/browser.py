@@ -48,7 +48,7 @@ def start_chromium(profile: Path, size: tuple[int, int] = (1200, 600)) -> Any:
     return browser
 
 
-def until(happened: Callable[[], Any], seconds: float = 40.0) -> Any:
+def until(happened: Callable[[], Any], seconds: float = 90.0) -> Any:
     """Wait for something and return it."""
     deadline = time.perf_counter() + seconds
     while not (found := happened()):

@@ -46,9 +46,11 @@ def all_pairs(places: Places) -> list[Pair]:
     return pairs
 
 
-def least_clearance(run: Run, places: Places, stride: int = 10) -> Clearance:
-    """Return the least distance over every `stride`-th tick and the last one."""
+def least_clearance(run: Run, places: Places, stride: int = 10) -> Clearance | None:
+    """Return the least distance over every `stride`-th tick and the last; None without pairs."""
     pairs = all_pairs(places)
+    if not pairs:
+        return None
     distances = DistanceEvaluator(places.scene, pairs)
     evaluator = KinematicsEvaluator(places.robot)
     best = Clearance(np.inf, "", 0.0)

@@ -179,10 +179,11 @@ def _security_shortfall(context: Context) -> float | None:
     return max(shortfalls) if shortfalls else None
 
 
-def _clearance(context: Context) -> float:
+def _clearance(context: Context) -> float | None:
     from equipoise.analysis.clearance import least_clearance
 
-    return least_clearance(context.run, context.places).distance
+    found = least_clearance(context.run, context.places)
+    return found.distance if found is not None else None
 
 
 def _joint_room(context: Context) -> float:
@@ -214,11 +215,29 @@ def _margin(kind: str) -> Callable[[Context], float | None]:
 _ALL = (
     Metric("completed", "", "1 if the run reached its duration", _completed),
     Metric(
-        "palm_position_error", "m", "palms to their targets, settled", _palm(_POSITION, "settled")
+        "palm_position_error",
+        "m",
+        "palms to their targets: position, settled",
+        _palm(_POSITION, "settled"),
     ),
-    Metric("palm_angle_error", "rad", "palms to their targets, settled", _palm(_ANGLE, "settled")),
-    Metric("palm_position_worst", "m", "palms to their targets, any time", _palm(_POSITION, "all")),
-    Metric("palm_position_end", "m", "palms to their targets, last tick", _palm(_POSITION, "end")),
+    Metric(
+        "palm_angle_error",
+        "rad",
+        "palms to their targets: angle, settled",
+        _palm(_ANGLE, "settled"),
+    ),
+    Metric(
+        "palm_position_worst",
+        "m",
+        "palms to their targets: position, any time",
+        _palm(_POSITION, "all"),
+    ),
+    Metric(
+        "palm_position_end",
+        "m",
+        "palms to their targets: position, last tick",
+        _palm(_POSITION, "end"),
+    ),
     Metric(
         "posture_error",
         "rad",

@@ -126,14 +126,15 @@ class RigidContactEngine:
         """Let the true robot stand at rest where it is; return the torque (na,) [N m] for it.
 
         What joint torque sensors read on a robot that stands under its servos: the least reaction
-        of the bilateral contacts carries the base, nothing pushes a slider. That reaction is then
+        of the supporting contacts carries the base, nothing else is touched. That reaction is then
         what is measured before the first step.
         """
         still = np.zeros(self.robot.nv)
         gravity = pin.rnea(self.robot.model, self._dynamics, self._q, still, still)
-        J = self.contacts.jacobian(self._evaluator.at(self._q, still, self._t))[self._bilateral]
+        rows = self.contacts.supporting_rows
+        J = self.contacts.jacobian(self._evaluator.at(self._q, still, self._t))[rows]
         lam = np.linalg.lstsq(J[:, :6].T, gravity[:6], rcond=None)[0]
-        self._lam[self._bilateral] = lam
+        self._lam[rows] = lam
         return (gravity - J.T @ lam)[6:]
 
     def accelerations(self, force: Array) -> tuple[Array, Array]:

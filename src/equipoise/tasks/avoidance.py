@@ -14,6 +14,7 @@ from equipoise.spatial import Array
 from equipoise.tasks.base import Task
 from equipoise.world import Pair, Scene
 
+_ENDS_FROM = 0.6  # share of the influence distance below which the ends of capsules count too
 _NEARLY_AS_NEAR = 0.01  # [m] an end further away than this beyond its pair cannot take its place
 
 
@@ -73,8 +74,9 @@ class AvoidanceTask(Task):
         if near.size:
             A[near] = self._distances.jacobian(kin, near)
             lower[near] = self._bound(distances[near])
-            within = np.minimum(distances[near] + _NEARLY_AS_NEAR, self.influence)
-            ends, distances, rates = self._ends.near(kin, near, within)
+            close = near[distances[near] < _ENDS_FROM * self.influence]
+            within = distances[close] + _NEARLY_AS_NEAR
+            ends, distances, rates = self._ends.near(kin, close, within)
             A[count + ends] = rates
             lower[count + ends] = self._bound(distances)
         return Rows(self.name, "m/s", self._row_labels, A, lower, self._upper)

@@ -69,6 +69,7 @@ class Kinematics:
         self._has_drift = False
         self._com: tuple[Array, Array] | None = None
         self._jacobians: dict[int, Array] = {}
+        self._placements: dict[int, pin.SE3] = {}
         model, data = self.robot.model, evaluator.pin_data
         pin.computeJointJacobians(model, data, self.q)
         pin.updateFramePlacements(model, data)
@@ -84,8 +85,12 @@ class Kinematics:
         return self._evaluator.pin_data
 
     def placement(self, frame_id: int) -> pin.SE3:
-        """Return `T_world_frame`, a copy."""
-        return self.pin_data.oMf[frame_id].copy()
+        """Return `T_world_frame`; treat it as read-only."""
+        data = self.pin_data
+        T = self._placements.get(frame_id)
+        if T is None:
+            T = self._placements[frame_id] = data.oMf[frame_id].copy()
+        return T
 
     def jacobian(self, frame_id: int) -> Array:
         """Return the Jacobian (6, nv) of a frame: velocity of its origin, then angular velocity.

@@ -37,12 +37,12 @@ class GraspContact(Contact):
 
     def jacobian(self, kin: Kinematics) -> Array:
         """Return `J` (6, nv): twist of b as seen from a."""
-        J_a, J_b = kin.jacobian(self.frame_a), kin.jacobian(self.frame_b)
         R_a, lever = self._axes_and_lever(kin)
-        J = np.empty_like(J_a)
-        J[:3] = R_a.T @ (J_b[:3] - J_a[:3] + skew(lever) @ J_a[3:])
-        J[3:] = R_a.T @ (J_b[3:] - J_a[3:])
-        return J
+        turn_b = np.zeros((6, 6))
+        turn_b[:3, :3] = turn_b[3:, 3:] = R_a.T
+        turn_a = -turn_b
+        turn_a[:3, 3:] = R_a.T @ skew(lever)
+        return turn_a @ kin.jacobian(self.frame_a) + turn_b @ kin.jacobian(self.frame_b)
 
     def drift(self, kin: Kinematics) -> Array:
         """Return `dJ/dt v` (6,): the relative acceleration at zero `dv/dt`, seen from turning a."""

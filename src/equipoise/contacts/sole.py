@@ -67,9 +67,11 @@ class SoleContact(Contact):
         pitch, roll = 1.0 / (load * half_x), 1.0 / (load * half_y)
         return np.array([tangential, tangential, 0.3, roll, pitch, yaw])
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        turn = np.kron(np.eye(2), self.T_world_anchor.rotation.T)
+        object.__setattr__(self, "_turn", turn)
+
     def _to_anchor(self, world: Array) -> Array:
-        R = self.T_world_anchor.rotation.T
-        turned = np.empty_like(world)
-        turned[:3] = R @ world[:3]
-        turned[3:] = R @ world[3:]
-        return turned
+        """Turn the two halves of `world` (6,) or (6, k) into the axes of the anchor."""
+        return self._turn @ world

@@ -39,10 +39,10 @@ class GazeTask(Task):
         distance = max(float(np.linalg.norm(ray)), _NEAREST)
         direction = ray / distance
         J = kin.jacobian(self.camera_id)
-        across = (np.eye(3) - np.outer(direction, direction)) / distance
-        rate_of_ray = -R.T @ J[:3] + skew(ray) @ R.T @ J[3:]
-        A = (across @ rate_of_ray)[1:]
-        feedforward = (across @ (R.T @ sample.twist_world[:3]))[1:]
+        across = (np.eye(3)[1:] - np.outer(direction[1:], direction)) / distance
+        turned = across @ R.T
+        A = (across @ skew(ray) @ R.T) @ J[3:] - turned @ J[:3]
+        feedforward = turned @ sample.twist_world[:3]
         wanted = -self.rate * _angle_error(direction) - feedforward
         return Rows(self.name, "rad/s", self.labels, A, wanted, wanted)
 

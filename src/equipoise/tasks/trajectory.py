@@ -66,6 +66,7 @@ class WaypointTrajectory(PoseTrajectory):
         if not np.isfinite(times).all() or any(np.diff(times) <= 0.0):
             raise InputError("waypoint times must increase", given=times)
         self.waypoints = tuple(waypoints)
+        first_time = float(times[0])
         self._R_start = waypoints[0].T_world_target.rotation
         coordinates = self._coordinates()
         self._pieces = [
@@ -73,6 +74,7 @@ class WaypointTrajectory(PoseTrajectory):
             for a, b in self._rests()
         ]
         self._ends = np.array([piece.t_end for piece in self._pieces])
+        self._asked, self._answer = first_time, self._sample(first_time)
 
     def _coordinates(self) -> Array:
         rows = []
@@ -90,7 +92,16 @@ class WaypointTrajectory(PoseTrajectory):
         return list(pairwise(rests)) if last > 0 else []
 
     def at(self, t: float) -> PoseSample:
-        """Return the pose and its rate at time `t` [s]."""
+        """Return the pose and its rate at time `t` [s].
+
+        The last answer is kept: several tasks ask for the same object at the same time.
+        """
+        if self._asked != t:
+            self._answer = self._sample(t)
+            self._asked = t
+        return self._answer
+
+    def _sample(self, t: float) -> PoseSample:
         first, last = self.waypoints[0], self.waypoints[-1]
         if t <= first.t or not self._pieces:
             return PoseSample(first.T_world_target, np.zeros(6))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -56,6 +57,8 @@ def run_simulation(
     scenario = simulation.scenario
     ending, note = Ending.COMPLETED, ""
     t, ticks, log_wall = 0.0, 0, 0.0
+    gc.collect()
+    gc.freeze()  # what is loaded by now stays: the collector need not look at it every tick
     began = perf_counter()
     with RunWriter(
         folder,
@@ -76,6 +79,7 @@ def run_simulation(
             ending, note = Ending.DIVERGED, str(error)
         except (KeyboardInterrupt, StopRequested):
             ending = Ending.INTERRUPTED
+    gc.unfreeze()
     helm = simulation.helm
     wall = perf_counter() - began - (helm.steering.paused_s if helm is not None else 0.0)
     spent = simulation.tick_ns[: max(ticks, 1)] / 1000.0

@@ -14,7 +14,7 @@ from equipoise.spatial import Array
 from equipoise.tasks.base import Task
 from equipoise.world import Pair, Scene
 
-_ENDS_FROM = 0.6  # share of the influence distance below which the ends of capsules count too
+_ENDS_FROM = 0.4  # share of the influence distance below which the ends of capsules count too
 _NEARLY_AS_NEAR = 0.01  # [m] an end further away than this beyond its pair cannot take its place
 
 

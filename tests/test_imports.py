@@ -28,7 +28,7 @@ BELOW = {
     "tasks": {"errors", "spatial", "robots", "kinematics", "world", "distances", "contacts", "hqp"},
     "motion": {"errors", "spatial", "robots", "kinematics", "hqp", "tasks"},
     "control": {"errors", "spatial", "robots", "kinematics", "contacts"},
-    "physics": {"errors", "spatial", "robots", "kinematics", "contacts"},
+    "physics": {"errors", "spatial", "robots", "kinematics", "contacts", "world"},
 }
 
 

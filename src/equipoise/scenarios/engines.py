@@ -97,6 +97,16 @@ def _held(scenario: schema.Scenario, places: Places, q_start: Array, name: str) 
             (places.robot.frame_id(hand), places.handles[name, hand]) for hand in spec.handles
         ),
         grip=spec.grip,
+        release=min(
+            (
+                contact.end
+                for contact in scenario.contacts.values()
+                if isinstance(contact, schema.GraspContactSpec)
+                and contact.object == name
+                and contact.end is not None
+            ),
+            default=np.inf,
+        ),
         payloads=tuple(
             (load.mass, tuple(load.at))
             for load in scenario.disturbances.payloads

@@ -88,6 +88,9 @@ def build_places(scenario: schema.Scenario) -> Places:
         for name, spec in scenario.contacts.items()
         if isinstance(spec, schema.PushContactSpec)
     }
+    for name, spec in scenario.contacts.items():
+        if isinstance(spec, schema.GraspContactSpec) and spec.end is not None:
+            windows[name] = (-np.inf, spec.end)
     soles = [c for c in contacts if isinstance(c, SoleContact)]
     if not soles:
         raise ScenarioError(

@@ -171,13 +171,14 @@ class GraspContactSpec(Section):
     """Six rows: two handles of an object keep their relative pose.
 
     `regulated`: wanted profile of chosen rows among fx, fy, fz, mx, my, mz (axes of the first
-    palm; fz > 0 squeezes).
+    palm; fz > 0 squeezes). `end`: when the hands let go; never if it is left out.
     """
 
     kind: Literal["grasp"]
     object: str
     hands: Annotated[list[str], Field(min_length=2, max_length=2)]
     regulated: dict[str, ForceProfile] = {}
+    end: Positive | None = None
 
 
 class SurfaceSpec(Section):

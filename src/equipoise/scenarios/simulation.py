@@ -26,6 +26,7 @@ from equipoise.scenarios.fades import make_generator
 from equipoise.scenarios.forces import wanted_forces
 from equipoise.scenarios.gains import gains_of, to_control_gains
 from equipoise.scenarios.levels import APPROACH_TIME, build_levels, build_start_levels
+from equipoise.scenarios.objects import ObjectLog
 from equipoise.scenarios.places import build_places
 from equipoise.scenarios.record import Recorder
 from equipoise.scenarios.rig import Rig
@@ -64,6 +65,7 @@ class Simulation:
         )
         self.engine = make_engine(scenario, self.places, self.q_start)
         self.rig = Rig(scenario, self.robot, self.places.contacts, self.controller)
+        self.objects = ObjectLog(self.engine)
         if scenario.control.start == "standing":
             self.controller.take_over(self.engine.stand())
         self.tick_ns = np.zeros((self.steps, 2), dtype=np.int64)
@@ -106,7 +108,7 @@ class Simulation:
     def channels(self) -> list[Channel]:
         """What every tick logs."""
         steered = self.helm.channels if self.helm is not None else []
-        return self.recorder.channels + self.rig.channels + steered
+        return self.recorder.channels + self.rig.channels + self.objects.channels + steered
 
     @property
     def story(self) -> tuple[str, ...]:
@@ -135,6 +137,7 @@ class Simulation:
             after = self._advance(t, state, command)
             self.tick_ns[k] = controlled - began, perf_counter_ns() - controlled
             values = self.recorder.values(t, state, motion, command, after) | self.rig.values()
+            values |= self.objects.values()
             if self.helm is not None:
                 self.helm.after_tick(t, values)
             yield t, values

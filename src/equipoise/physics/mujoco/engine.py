@@ -17,8 +17,10 @@ from equipoise.physics.mujoco.health import HealthCheck, silence_log_file
 from equipoise.physics.mujoco.library import load_mujoco
 from equipoise.physics.mujoco.model import build_model
 from equipoise.physics.mujoco.options import MujocoOptions
+from equipoise.physics.mujoco.pads import PadSensor
 from equipoise.physics.mujoco.reading import Wrench, multipliers
 from equipoise.physics.mujoco.things import Surroundings
+from equipoise.physics.mujoco.world_model import weld_name
 from equipoise.physics.slider import Slider, SliderMode, SliderState
 from equipoise.robots import Robot
 from equipoise.spatial import Array
@@ -87,6 +89,17 @@ class MujocoEngine:
     def _prepare_reading(self) -> None:
         compiled = self.model.compiled
         self._sites = np.array([compiled.site(s.site).id for s in self.model.sensors], dtype=int)
+        self._welds = [
+            (
+                [
+                    compiled.equality(weld_name(thing.name, PadSensor(frame_id).body)).id
+                    for frame_id, _ in thing.handles
+                ],
+                thing.let_go,
+            )
+            for thing in self.surroundings.loose
+            if thing.handles
+        ]
         self._slots = [
             (
                 int(compiled.sensor(s.force).adr[0]),
@@ -116,6 +129,7 @@ class MujocoEngine:
         if tau.shape != (self.robot.na,):
             raise InputError(f"tau needs {self.robot.na} entries", given=tau.shape)
         simulated = self.simulated
+        self._let_go(self._ticks * self._control_dt)
         readings = np.zeros(len(simulated.sensordata))
         for substep in range(self.substeps):
             q = self.model.conversion.q(simulated.qpos)
@@ -167,6 +181,12 @@ class MujocoEngine:
         qvel = self.simulated.qvel[adr : adr + 6]
         R = self.object_pose(name).rotation
         return np.concatenate((qvel[:3], R @ qvel[3:]))
+
+    def _let_go(self, t: float) -> None:
+        """Open the welds whose time has come."""
+        for welds, when in self._welds:
+            if t >= when - 1e-9:
+                self.simulated.eq_active[welds] = 0
 
     def _resist_sliding(self) -> None:
         for thing in self.surroundings.loose:

@@ -48,6 +48,11 @@ class PadSensor:
     frame_id: int
 
     @property
+    def body(self) -> str:
+        """Name of the pad's body."""
+        return f"pad_{self.frame_id}"
+
+    @property
     def site(self) -> str:
         """Name of the site at the frame."""
         return f"frame_{self.frame_id}"
@@ -95,9 +100,9 @@ def add_pad_bodies(
     pads = {}
     for frame_id in touching_frames(contacts):
         frame = robot.model.frames[frame_id]
-        pad = bodies[frame.parentJoint].add_body(name=f"pad_{frame_id}")
-        place(pad, frame.placement)
         sensor = PadSensor(frame_id)
+        pad = bodies[frame.parentJoint].add_body(name=sensor.body)
+        place(pad, frame.placement)
         pad.add_site(name=sensor.site)
         kinds = mujoco.mjtSensor
         at_site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": sensor.site}

@@ -49,8 +49,9 @@ def add_loose(
         geom.priority = 1
     for frame_id, T_object_frame in thing.handles:
         pad = pads[frame_id]
+        _weld(mujoco, spec, thing, pad, T_object_frame, options)
         if thing.grip == "rigid":
-            _weld(mujoco, spec, thing, pad, T_object_frame, options)
+            spec.add_exclude(bodyname1=thing.name, bodyname2=pad.name)
         else:
             add_grip_plate(mujoco, pad, f"{thing.name}_{frame_id}", 0.0, options)
 
@@ -101,9 +102,9 @@ def _weld(
     T_object_frame: pin.SE3,
     options: MujocoOptions,
 ) -> None:
-    """Weld a pad to an object; the two do not collide."""
+    """Weld a pad to an object."""
     weld = spec.add_equality(
-        name=f"{thing.name}_{pad.name}",
+        name=weld_name(thing.name, pad.name),
         type=mujoco.mjtEq.mjEQ_WELD,
         objtype=mujoco.mjtObj.mjOBJ_BODY,
         name1=thing.name,
@@ -115,4 +116,8 @@ def _weld(
     relative[10] = 1.0
     weld.solref = [options.contact_time, 1.0]
     weld.data[: len(relative)] = relative
-    spec.add_exclude(bodyname1=thing.name, bodyname2=pad.name)
+
+
+def weld_name(thing: str, pad: str) -> str:
+    """Return the name of the weld between an object and a pad."""
+    return f"{thing}_{pad}"

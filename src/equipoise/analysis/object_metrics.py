@@ -1,0 +1,47 @@
+"""Numbers about bodies that move by themselves: how they leaned, where they ended, at what speed.
+
+Each function takes a `Context` and returns None if the run has no such body.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from equipoise.spatial import Array
+
+_TILT, _SPEED = 7, 8
+
+
+def objects_of(context: Any) -> dict[str, Array]:
+    """Return by name the log (N, 9) of each loose object."""
+    run = context.run
+    return {n.removeprefix("object/"): run[n] for n in run.names if n.startswith("object/")}
+
+
+def object_tilt(context: Any) -> float | None:
+    """Return the largest lean [rad] of an object at any time."""
+    logs = objects_of(context).values()
+    return max((float(log[:, _TILT].max()) for log in logs), default=None)
+
+
+def object_end_speed(context: Any) -> float | None:
+    """Return the largest speed [m/s] of an object over the last tenth of a second."""
+    last = context.run.t >= context.run.t[-1] - 0.1
+    logs = objects_of(context).values()
+    return max((float(log[last, _SPEED].max()) for log in logs), default=None)
+
+
+def object_end_error(context: Any) -> float | None:
+    """Return how far [m] an object ended from where it was wanted."""
+    errors = []
+    for name, log in objects_of(context).items():
+        target = context.places.targets[name].at(float(context.run.t[-1]))
+        errors.append(float(np.linalg.norm(log[-1, :3] - target.T_world_target.translation)))
+    return max(errors, default=None)
+
+
+def mode_worst(context: Any) -> float | None:
+    """Return the worst mode of the supervisor: 0 run, 1 degraded, 2 safe, 3 stopped."""
+    return float(context.run["mode"].max()) if "mode" in context.run.names else None

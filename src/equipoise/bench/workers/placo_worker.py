@@ -1,0 +1,90 @@
+"""PlaCo's kinematics solver on the task that `bench.apart` wrote; runs in PlaCo's own Python.
+
+Imports nothing of Equipoise. Reads "first count" a line, answers with the times of those ticks.
+"""
+
+import json
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from time import perf_counter_ns
+
+import numpy as np
+import placo
+
+
+class Tick:
+    """Frame tasks of hands and feet (feet hard), a light posture, joint and velocity limits."""
+
+    def __init__(self, place):
+        task = json.loads((place / "task.json").read_text())
+        self.targets = dict(np.load(place / "targets.npz"))
+        self.robot = placo.RobotWrapper(task["urdf"], placo.Flags.ignore_collisions)
+        for joint, limit in zip(task["joints"], task["velocity_max"]):
+            self.robot.set_velocity_limit(joint, limit)
+        for joint, value in zip(task["joints"], task["q_start"][7:]):
+            self.robot.set_joint(joint, value)
+        self.robot.set_T_world_fbase(_pose(task["q_start"]))
+        self.robot.update_kinematics()
+        self.solver = placo.KinematicsSolver(self.robot)
+        self.solver.dt = task["dt"]
+        self.solver.enable_joint_limits(True)
+        self.solver.enable_velocity_limits(True)
+        self.follow = {}
+        for name, link in task["links"].items():
+            frame_task = self.solver.add_frame_task(link, self.targets[name][0])
+            kind = "hard" if name in task["feet"] else "soft"
+            frame_task.configure(name, kind, 1.0, 1.0)
+            self.follow[name] = frame_task
+        posture = self.solver.add_joints_task()
+        posture.set_joints(dict(zip(task["joints"], task["q_posture"][7:])))
+        posture.configure("posture", "soft", 1e-6)
+
+    def run(self, k):
+        for name, frame_task in self.follow.items():
+            frame_task.T_world_frame = self.targets[name][k]
+        began = perf_counter_ns()
+        try:
+            self.robot.update_kinematics()
+            self.solver.solve(True)
+            failed = 0
+        except RuntimeError:
+            failed = 1
+        return perf_counter_ns() - began, failed
+
+    def error(self, k):
+        """Return the largest distance [m] of a link from its target of tick k."""
+        self.robot.update_kinematics()
+        return max(
+            float(np.abs(task.position().error()).max()) for task in self.follow.values()
+        )
+
+
+def _pose(q):
+    x, y, z, w = q[3:7]
+    T = np.eye(4)
+    T[:3, 3] = q[:3]
+    T[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return T
+
+
+def main():
+    tick = Tick(Path(sys.argv[1]))
+    print(json.dumps({"about": f"placo {version('placo')}, feet hard"}), flush=True)
+    for line in sys.stdin:
+        first, count = map(int, line.split())
+        done = [tick.run(k) for k in range(first, first + count)]
+        answer = {
+            "ns": [ns for ns, _ in done],
+            "failures": sum(failed for _, failed in done),
+            "error": tick.error(first + count - 1),
+        }
+        print(json.dumps(answer), flush=True)
+
+
+if __name__ == "__main__":
+    main()

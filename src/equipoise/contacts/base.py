@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from equipoise.contacts.rows import ContactRows
 from equipoise.errors import NameNotFoundError
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
@@ -60,6 +61,15 @@ class Contact(ABC):
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (k,), with `d phi / dt = J v - rate` where `phi` is small."""
 
+    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
+        """Write this contact's rows from row `at` on; its drift only if asked for."""
+        here = slice(at, at + self.size)
+        rows.J[here] = self.jacobian(kin)
+        rows.rate[here] = self.rate(kin)
+        rows.residual[here] = self.residual(kin)
+        if drift:
+            rows.drift[here] = self.drift(kin)
+
     def normal_force(self, lam: Array) -> float:
         """Return the compression [N] in a multiplier `lam` (k,) of this contact."""
         return 0.0
@@ -75,3 +85,32 @@ class Contact(ABC):
     def size(self) -> int:
         """Number of rows."""
         return len(self.labels)
+
+
+class CompiledContact(Contact):
+    """A contact whose rows come from kernels: it says how to `fill` them, and the rest follows."""
+
+    @abstractmethod
+    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
+        """Write this contact's rows from row `at` on; its drift only if asked for."""
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """Return `J` (k, nv)."""
+        return self._alone(kin).J
+
+    def rate(self, kin: Kinematics) -> Array:
+        """Return `nu_c` (k,)."""
+        return self._alone(kin).rate
+
+    def residual(self, kin: Kinematics) -> Array:
+        """Return `phi` (k,)."""
+        return self._alone(kin).residual
+
+    def drift(self, kin: Kinematics) -> Array:
+        """Return `dJ/dt v - d rate/dt` (k,)."""
+        return self._alone(kin, drift=True).drift
+
+    def _alone(self, kin: Kinematics, drift: bool = False) -> ContactRows:
+        rows = ContactRows.of_size(self.size, kin.robot.nv)
+        self.fill(kin, rows, 0, drift=drift)
+        return rows

@@ -7,14 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, Contact
+from equipoise.compilation import entrance
+from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
+from equipoise.contacts.rows import ContactRows
 from equipoise.kinematics import Kinematics
+from equipoise.kinematics_kernels import frame_motion
 from equipoise.robots import Sole
-from equipoise.spatial import Array, pose_error
+from equipoise.spatial import Array, pose_row
+from equipoise.spatial_kernels import crossed, rotation_difference, turned_back
 
 
 @dataclass(frozen=True, kw_only=True)
-class SoleContact(Contact):
+class SoleContact(CompiledContact):
     """The frame `frame_id` stays at `T_world_anchor`.
 
     Rows and wrench are written in the axes of the anchor, at the origin of the frame: with z up,
@@ -36,17 +40,14 @@ class SoleContact(Contact):
         """Unit of each row's multiplier."""
         return WRENCH_UNITS
 
-    def jacobian(self, kin: Kinematics) -> Array:
-        """Return `J` (6, nv)."""
-        return self._to_anchor(kin.jacobian(self.frame_id))
-
-    def drift(self, kin: Kinematics) -> Array:
-        """Return `dJ/dt v` (6,)."""
-        return self._to_anchor(kin.drift(self.frame_id))
-
-    def residual(self, kin: Kinematics) -> Array:
-        """Return `phi` (6,): position [m] and rotation vector [rad] relative to the anchor."""
-        return -self._to_anchor(pose_error(self.T_world_anchor, kin.placement(self.frame_id)))
+    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
+        """Write the six rows from row `at` on."""
+        live = kin.live_with_drift if drift else kin.live
+        joint, T = live.joint_of[self.frame_id], live.frames[self.frame_id]
+        sole_rows(live.columns, live.carries[joint], T, self._anchor, rows.J, rows.residual, at)
+        if drift:
+            velocity, acceleration = live.velocities[joint], live.accelerations[joint]
+            sole_drift(live.joints[joint], velocity, acceleration, T, self._anchor, rows.drift, at)
 
     def normal_force(self, lam: Array) -> float:
         """Return the compression [N] in a multiplier `lam` (6,)."""
@@ -69,9 +70,50 @@ class SoleContact(Contact):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        turn = np.kron(np.eye(2), self.T_world_anchor.rotation.T)
-        object.__setattr__(self, "_turn", turn)
+        object.__setattr__(self, "_anchor", pose_row(self.T_world_anchor))
 
-    def _to_anchor(self, world: Array) -> Array:
-        """Turn the two halves of `world` (6,) or (6, k) into the axes of the anchor."""
-        return self._turn @ world
+
+@entrance
+def sole_rows(
+    columns: np.ndarray,
+    carried: np.ndarray,
+    T: np.ndarray,
+    anchor: np.ndarray,
+    J: np.ndarray,
+    residual: np.ndarray,
+    at: int,
+) -> None:
+    """Write the rows of a frame at T and how far it is from its anchor, in axes of the anchor."""
+    px, py, pz = T[9], T[10], T[11]
+    for c in range(columns.shape[0]):
+        if carried[c]:
+            wx, wy, wz = columns[c, 3], columns[c, 4], columns[c, 5]
+            lx, ly, lz = crossed(wx, wy, wz, px, py, pz)
+            lx, ly, lz = lx + columns[c, 0], ly + columns[c, 1], lz + columns[c, 2]
+            J[at, c], J[at + 1, c], J[at + 2, c] = turned_back(anchor, lx, ly, lz)
+            J[at + 3, c], J[at + 4, c], J[at + 5, c] = turned_back(anchor, wx, wy, wz)
+        else:
+            for i in range(6):
+                J[at + i, c] = 0.0
+    dx, dy, dz = px - anchor[9], py - anchor[10], pz - anchor[11]
+    residual[at], residual[at + 1], residual[at + 2] = turned_back(anchor, dx, dy, dz)
+    rx, ry, rz = rotation_difference(T, anchor)
+    residual[at + 3], residual[at + 4], residual[at + 5] = turned_back(anchor, rx, ry, rz)
+
+
+@entrance
+def sole_drift(
+    joint: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    T: np.ndarray,
+    anchor: np.ndarray,
+    drift: np.ndarray,
+    at: int,
+) -> None:
+    """Write `dJ/dt v` in axes of the anchor."""
+    motion = np.empty((2, 6))
+    frame_motion(joint, velocity, acceleration, T, motion)
+    a = motion[1]
+    drift[at], drift[at + 1], drift[at + 2] = turned_back(anchor, a[0], a[1], a[2])
+    drift[at + 3], drift[at + 4], drift[at + 5] = turned_back(anchor, a[3], a[4], a[5])

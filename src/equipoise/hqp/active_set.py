@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
-from equipoise.hqp.compilation import is_kept
+from equipoise.compilation import announce
 from equipoise.hqp.hierarchy import Hierarchy
 from equipoise.hqp.hierarchy_kernels import answer
 from equipoise.hqp.kernels import Buffers, Problem, allocate
 from equipoise.hqp.solution import Solution, Status, describe
 
-LOG = logging.getLogger(__name__)
-
 
 @cache
 def prepare_kernels() -> None:
     """Load the compiled kernels by solving a tiny problem; compile them once, and say so."""
-    if not is_kept():
-        LOG.warning("Compiling the hierarchy solver, once and for all: about half a minute.")
+    announce(Path(__file__).parent)
     buffers, one = allocate(1, 1, 1), np.ones(1)
     problem = Problem(np.ones((1, 1)), one, one)
     active = np.zeros(1, dtype=np.int8)

@@ -30,12 +30,13 @@ BELOW = {
     "kinematics": {*KERNELS, "errors", "spatial", "robots", "live_views"},
     "coordinates": {"errors", "spatial"},
     "world": {"errors", "spatial", "robots", "kinematics"},
-    "distances": {"errors", "spatial", "robots", "kinematics", "world"},
+    "distances": {*KINEMATIC, "live_views", "world", "distance_kernels"},
+    "distance_kernels": {"compilation", "kinematics_kernels"},
     "contacts": KINEMATIC,
-    "tasks": {"errors", "spatial", "robots", "kinematics", "world", "distances", "contacts", "hqp"},
-    "motion": {"errors", "spatial", "robots", "kinematics", "hqp", "tasks"},
-    "control": {"errors", "spatial", "robots", "kinematics", "contacts"},
-    "physics": {"errors", "spatial", "robots", "kinematics", "contacts"},
+    "tasks": {*KINEMATIC, "world", "distances", "distance_kernels", "contacts", "hqp"},
+    "motion": {*KINEMATIC, "hqp", "tasks"},
+    "control": {*KINEMATIC, "contacts"},
+    "physics": {*KINEMATIC, "contacts"},
 }
 
 

@@ -57,6 +57,15 @@ def add_point_row(
             )
 
 
+@compiled
+def joint_rows(A: np.ndarray, at: int, count: int) -> None:
+    """Write to A[at : at + count] the velocities of the joints, which follow the base's six."""
+    for i in range(at, at + count):
+        for c in range(A.shape[1]):
+            A[i, c] = 0.0
+        A[i, 6 + i - at] = 1.0
+
+
 @entrance
 def frame_jacobian(columns: np.ndarray, carried: np.ndarray, T: np.ndarray) -> np.ndarray:
     """Return the rows [6, nv] of a frame at T [12]."""

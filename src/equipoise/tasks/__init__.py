@@ -1,7 +1,7 @@
 """Tasks: each turns a kinematic state and a time into rows of a hierarchy. One file a task."""
 
 from equipoise.tasks.avoidance import AvoidanceTask
-from equipoise.tasks.base import Task
+from equipoise.tasks.base import CompiledTask, Task
 from equipoise.tasks.com_polygon import ComPolygonTask
 from equipoise.tasks.contact_rows import ContactTask
 from equipoise.tasks.frame_pose import FramePoseTask
@@ -22,6 +22,7 @@ __all__ = [
     "AttachedTrajectory",
     "AvoidanceTask",
     "ComPolygonTask",
+    "CompiledTask",
     "ContactTask",
     "FixedPose",
     "FramePoseTask",

@@ -70,16 +70,18 @@ class Contact(ABC):
         if drift:
             rows.drift[here] = self.drift(kin)
 
-    def normal_force(self, lam: Array) -> float:
-        """Return the compression [N] in a multiplier `lam` (k,) of this contact."""
-        return 0.0
+    @property
+    def normal_row(self) -> int | None:
+        """Number of the row whose multiplier is the compression [N], if there is one."""
+        return None
 
-    def reaction_costs(self, load: float) -> Array:
-        """Return what a unit of each row's multiplier costs (k,) when the base is carried.
+    def reaction_costs(self) -> tuple[Array, Array]:
+        """Return what a unit of each row's multiplier costs when the base is carried.
 
-        `load` > 0 is the contact's normal force as a share of the mean of all that support.
+        Two arrays (k,): a constant part, and one that is divided by the contact's load, its normal
+        force as a share of the mean of all that support.
         """
-        return np.ones(self.size)
+        return np.ones(self.size), np.zeros(self.size)
 
     @property
     def size(self) -> int:

@@ -49,12 +49,10 @@ class SoleContact(CompiledContact):
             velocity, acceleration = live.velocities[joint], live.accelerations[joint]
             sole_drift(live.joints[joint], velocity, acceleration, T, self._anchor, rows.drift, at)
 
-    def normal_force(self, lam: Array) -> float:
-        """Return the compression [N] in a multiplier `lam` (6,)."""
-        return float(lam[2])
+    normal_row = 2
 
-    def reaction_costs(self, load: float) -> Array:
-        """Return the cost (6,) of each component: what it uses up of cone and sole.
+    def reaction_costs(self) -> tuple[Array, Array]:
+        """Return the cost of each component: what it uses up of cone and sole.
 
         A tangential force counts by the normal force that its friction needs, a moment by the
         normal force that the lever of the sole needs, a yaw moment by both, all relative to the
@@ -63,10 +61,10 @@ class SoleContact(CompiledContact):
         """
         half_x = 0.5 * (self.sole.x_max - self.sole.x_min)
         half_y = 0.5 * (self.sole.y_max - self.sole.y_min)
-        tangential = 1.0 / (load * self.friction)
+        tangential = 1.0 / self.friction
         yaw = tangential / (half_x + half_y)
-        pitch, roll = 1.0 / (load * half_x), 1.0 / (load * half_y)
-        return np.array([tangential, tangential, 0.3, roll, pitch, yaw])
+        over_load = np.array([tangential, tangential, 0.0, 1.0 / half_y, 1.0 / half_x, yaw])
+        return np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0]), over_load
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -6,14 +6,18 @@ is asked for: a controller that never asks is free of the dynamic model.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import EquipoiseError, NonFiniteError, ShapeError
-from equipoise.kinematics_kernels import frame_jacobian, motion_of, point_speed_rows
+from equipoise.kinematics_kernels import (
+    frame_jacobian,
+    is_finite,
+    motion_of,
+    point_speed_rows,
+)
 from equipoise.live_views import motion_rows, pose_rows
 from equipoise.robots import Robot
 from equipoise.spatial import Array
@@ -25,12 +29,12 @@ class StaleKinematicsError(EquipoiseError):
 
 @dataclass(frozen=True, slots=True)
 class LiveArrays:
-    """What kernels read of one robot's kinematics; everything but the last two changes with it.
+    """What kernels read of one robot's kinematics; everything but the last three changes with it.
 
     `frames` (nframes, 12) and `joints` (njoints, 12) pose rows; `columns` (nv, 6) the world
     Jacobian transposed; `velocities`, `accelerations` (njoints, 6) of joints in their own axes;
     `com` (3,) and `com_rows` (3, nv) the centre of mass; `carries` (njoints, nv) is 1 where a
-    velocity moves the body of a joint; `joint_of` each frame's joint.
+    velocity moves the body of a joint; `joint_ids` and `joint_of` each frame's joint.
     """
 
     frames: Array
@@ -41,6 +45,7 @@ class LiveArrays:
     com: Array
     com_rows: Array
     carries: Array
+    joint_ids: Array
     joint_of: tuple[int, ...]
 
 
@@ -82,7 +87,8 @@ class KinematicsEvaluator:
             raise ShapeError("q", q.shape, (robot.nq,))
         if v.shape != (robot.nv,):
             raise ShapeError("v", v.shape, (robot.nv,))
-        if not math.isfinite(q.sum() + v.sum()):
+        q, v = _frozen(q), _frozen(v)
+        if not is_finite(q, v):
             raise NonFiniteError("the state (q, v) holds a NaN or an infinity")
         self.stamp += 1
         return Kinematics(self, q, v, t)
@@ -95,8 +101,7 @@ class Kinematics:
         self._evaluator = evaluator
         self._stamp = evaluator.stamp
         self.robot = evaluator.robot
-        self.q = _frozen(q)
-        self.v = _frozen(v)
+        self.q, self.v = q, v  # read-only copies
         self.t = t
         self._has_drift = self._has_com = False
         self._com: tuple[Array, Array] | None = None
@@ -207,8 +212,8 @@ class Kinematics:
 
 
 def _frozen(array: Array) -> Array:
-    copy = np.array(array, dtype=float)
-    copy.flags.writeable = False
+    copy = array.astype(float)
+    copy.setflags(write=False)
     return copy
 
 
@@ -224,6 +229,7 @@ def _live_arrays(robot: Robot, pin_data: pin.Data) -> LiveArrays:
         for ancestor in list(model.supports[joint_id])[1:]:
             joint = model.joints[ancestor]
             carries[joint_id, joint.idx_v : joint.idx_v + joint.nv] = 1.0
+    joint_of = tuple(int(frame.parentJoint) for frame in model.frames)
     return LiveArrays(
         frames=pose_rows(pin_data.oMf),
         joints=pose_rows(pin_data.oMi),
@@ -233,5 +239,6 @@ def _live_arrays(robot: Robot, pin_data: pin.Data) -> LiveArrays:
         com=pin_data.com[0],
         com_rows=pin_data.Jcom,
         carries=carries,
-        joint_of=tuple(int(frame.parentJoint) for frame in model.frames),
+        joint_ids=np.array(joint_of, dtype=np.int64),
+        joint_of=joint_of,
     )

@@ -133,3 +133,17 @@ def motion_of(
     out = np.empty((2, 6))
     frame_motion(joint, velocity, acceleration, T, out)
     return out
+
+
+@entrance
+def is_finite(q: np.ndarray, v: np.ndarray) -> bool:
+    """Tell whether no entry is NaN or infinite.
+
+    Not by isfinite(): what the compiler may assume here makes that always true.
+    """
+    total = 0.0
+    for i in range(q.shape[0]):
+        total += q[i]
+    for i in range(v.shape[0]):
+        total += v[i]
+    return abs(total) < np.inf

@@ -90,27 +90,41 @@ class Contact(ABC):
 
 
 class CompiledContact(Contact):
-    """A contact whose rows come from kernels: it says how to `fill` them, and the rest follows."""
+    """A contact whose rows come from a kernel, together with those of others (`ContactProgram`).
 
+    It says which `kernel`, of which two `frames` (the same twice where it has only one), and what
+    it keeps, twelve numbers `kept` as a rule a pose row. It does not move by itself.
+    """
+
+    kernel: str
+
+    @property
     @abstractmethod
-    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
-        """Write this contact's rows from row `at` on; its drift only if asked for."""
+    def frames(self) -> tuple[int, int]:
+        """Ids of the frames that are held."""
+
+    @property
+    @abstractmethod
+    def kept(self) -> Array:
+        """What is kept (12,)."""
 
     def jacobian(self, kin: Kinematics) -> Array:
         """Return `J` (k, nv)."""
         return self._alone(kin).J
-
-    def rate(self, kin: Kinematics) -> Array:
-        """Return `nu_c` (k,)."""
-        return self._alone(kin).rate
 
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (k,)."""
         return self._alone(kin).residual
 
     def drift(self, kin: Kinematics) -> Array:
-        """Return `dJ/dt v - d rate/dt` (k,)."""
+        """Return `dJ/dt v` (k,)."""
         return self._alone(kin, drift=True).drift
+
+    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
+        """Write this contact's rows from row `at` on; its drift only if asked for."""
+        from equipoise.contacts.program import ContactProgram  # it knows all kinds of contacts
+
+        ContactProgram([self], [at]).fill(kin, rows, drift=drift)
 
     def _alone(self, kin: Kinematics, drift: bool = False) -> ContactRows:
         rows = ContactRows.of_size(self.size, kin.robot.nv)

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.compilation import entrance
+from equipoise.compilation import compiled
 from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
-from equipoise.contacts.rows import ContactRows
-from equipoise.kinematics import Kinematics
 from equipoise.kinematics_kernels import frame_motion
-from equipoise.spatial import pose_row
+from equipoise.spatial import Array, pose_row
 from equipoise.spatial_kernels import crossed, rotation_difference, turned_back
 
 
@@ -39,26 +37,20 @@ class GraspContact(CompiledContact):
         """Unit of each row's multiplier."""
         return WRENCH_UNITS
 
-    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
-        """Write the six rows from row `at` on."""
-        live = kin.live_with_drift if drift else kin.live
-        a, b = live.joint_of[self.frame_a], live.joint_of[self.frame_b]
-        T_a, T_b = live.frames[self.frame_a], live.frames[self.frame_b]
-        carries = live.carries
-        grasp_rows(
-            live.columns, carries[a], carries[b], T_a, T_b, self._held, rows.J, rows.residual, at
-        )
-        if drift:
-            grasp_drift(
-                live.joints, live.velocities, live.accelerations, a, b, T_a, T_b, rows.drift, at
-            )
+    kernel = "grasp"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "_held", pose_row(self.T_a_b))
+    @property
+    def frames(self) -> tuple[int, int]:
+        """Frames a and b."""
+        return self.frame_a, self.frame_b
+
+    @property
+    def kept(self) -> Array:
+        """The pose of b in a as a row (12,)."""
+        return pose_row(self.T_a_b)
 
 
-@entrance
+@compiled
 def grasp_rows(
     columns: np.ndarray,
     carried_a: np.ndarray,
@@ -100,7 +92,7 @@ def grasp_rows(
     residual[at + 3], residual[at + 4], residual[at + 5] = x, y, z
 
 
-@entrance
+@compiled
 def grasp_drift(
     joints: np.ndarray,
     velocities: np.ndarray,

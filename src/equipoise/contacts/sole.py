@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.compilation import entrance
+from equipoise.compilation import compiled
 from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
-from equipoise.contacts.rows import ContactRows
-from equipoise.kinematics import Kinematics
 from equipoise.kinematics_kernels import frame_motion
 from equipoise.robots import Sole
 from equipoise.spatial import Array, pose_row
@@ -40,14 +38,17 @@ class SoleContact(CompiledContact):
         """Unit of each row's multiplier."""
         return WRENCH_UNITS
 
-    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
-        """Write the six rows from row `at` on."""
-        live = kin.live_with_drift if drift else kin.live
-        joint, T = live.joint_of[self.frame_id], live.frames[self.frame_id]
-        sole_rows(live.columns, live.carries[joint], T, self._anchor, rows.J, rows.residual, at)
-        if drift:
-            velocity, acceleration = live.velocities[joint], live.accelerations[joint]
-            sole_drift(live.joints[joint], velocity, acceleration, T, self._anchor, rows.drift, at)
+    kernel = "sole"
+
+    @property
+    def frames(self) -> tuple[int, int]:
+        """The frame of the sole, twice."""
+        return self.frame_id, self.frame_id
+
+    @property
+    def kept(self) -> Array:
+        """The anchor as a pose row (12,)."""
+        return pose_row(self.T_world_anchor)
 
     normal_row = 2
 
@@ -66,12 +67,8 @@ class SoleContact(CompiledContact):
         over_load = np.array([tangential, tangential, 0.0, 1.0 / half_y, 1.0 / half_x, yaw])
         return np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0]), over_load
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "_anchor", pose_row(self.T_world_anchor))
 
-
-@entrance
+@compiled
 def sole_rows(
     columns: np.ndarray,
     carried: np.ndarray,
@@ -99,7 +96,7 @@ def sole_rows(
     residual[at + 3], residual[at + 4], residual[at + 5] = turned_back(anchor, rx, ry, rz)
 
 
-@entrance
+@compiled
 def sole_drift(
     joint: np.ndarray,
     velocity: np.ndarray,

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from equipoise.contacts.base import Contact
+from equipoise.contacts.base import CompiledContact, Contact
 from equipoise.contacts.factor_kernels import factorise, lift, project
+from equipoise.contacts.program import ContactProgram
 from equipoise.contacts.rows import ContactRows
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import Kinematics
@@ -34,7 +35,10 @@ class ContactStack:
             for name, a, b in zip(names, ends[:-1], ends[1:], strict=True)
         }
         self.size = int(ends[-1])
-        self._starts = tuple((contact, int(a)) for contact, a in zip(contacts, ends, strict=False))
+        starts = list(zip(contacts, ends[:-1].tolist(), strict=True))
+        compiled = [(c, at) for c, at in starts if isinstance(c, CompiledContact)]
+        self._program = ContactProgram([c for c, _ in compiled], [at for _, at in compiled])
+        self._others = tuple((c, at) for c, at in starts if not isinstance(c, CompiledContact))
         self.regulated_rows = np.array(
             [
                 self.rows[contact.name].start + contact.labels.index(label)
@@ -68,8 +72,10 @@ class ContactStack:
 
     def fill(self, kin: Kinematics, rows: ContactRows, *, drift: bool = False) -> None:
         """Write the rows of all contacts at the state of `kin`; the drift only if asked for."""
-        for contact, start in self._starts:
-            contact.fill(kin, rows, start, drift=drift)
+        if self._program.count:
+            self._program.fill(kin, rows, drift=drift)
+        for contact, at in self._others:
+            contact.fill(kin, rows, at, drift=drift)
 
     def filled(self, kin: Kinematics, *, drift: bool = False) -> ContactRows:
         """Return the rows of all contacts at the state of `kin`, in memory of their own."""

@@ -112,6 +112,7 @@ class PassivityController:
         self._rows = ContactRows.of_size(contacts.size, self.robot.nv)
         self._factor = Factor(contacts.size, self.robot.nv)
         self._support = Support(contacts)
+        self._plain = _Inputs(self.robot, contacts)
 
     def reset(self) -> None:
         """Forget everything; the next `step` is the time t0 of the manifolds."""
@@ -175,6 +176,7 @@ class PassivityController:
         Raises: `ShapeError` if an array has the wrong shape.
         """
         self._check_shapes(measured, target)
+        measured, target = self._plain.taken(measured, target)
         q, v, lam = measured.q, measured.v, measured.lam
         if not all_finite(q, v, lam, target.q_ref, target.v_ref, target.lam_ref):
             return self._held()
@@ -282,3 +284,19 @@ class PassivityController:
         for name, array, size in wanted:
             if array.shape != (size,):
                 raise ShapeError(name, array.shape, (size,))
+
+
+class _Inputs:
+    """Measurement and target in the one memory layout that the kernels are compiled for."""
+
+    def __init__(self, robot: Robot, contacts: ContactStack) -> None:
+        nq, nv, k = robot.nq, robot.nv, contacts.regulated_rows.size
+        self.measured = Measurement(np.zeros(nq), np.zeros(nv), np.zeros(contacts.size))
+        self.target = Target(np.zeros(nq), np.zeros(nv), np.zeros(k))
+
+    def taken(self, measured: Measurement, target: Target) -> tuple[Measurement, Target]:
+        own, wanted = self.measured, self.target
+        own.q[:], own.v[:], own.lam[:] = measured.q, measured.v, measured.lam
+        wanted.q_ref[:], wanted.v_ref[:] = target.q_ref, target.v_ref
+        wanted.lam_ref[:] = target.lam_ref
+        return own, wanted

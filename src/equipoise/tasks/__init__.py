@@ -1,7 +1,7 @@
 """Tasks: each turns a kinematic state and a time into rows of a hierarchy. One file a task."""
 
 from equipoise.tasks.avoidance import AvoidanceTask
-from equipoise.tasks.base import CompiledTask, Task
+from equipoise.tasks.base import CompiledTask, KernelTask, Task
 from equipoise.tasks.com_polygon import ComPolygonTask
 from equipoise.tasks.contact_rows import ContactTask
 from equipoise.tasks.frame_pose import FramePoseTask
@@ -28,6 +28,7 @@ __all__ = [
     "FramePoseTask",
     "GazeTask",
     "JointLimitsTask",
+    "KernelTask",
     "PoseSample",
     "PoseTrajectory",
     "PostureTask",

@@ -9,6 +9,7 @@ import numpy as np
 from equipoise.hqp import Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
+from equipoise.tasks.trajectory import PoseTrajectory
 
 
 class Task(ABC):
@@ -65,3 +66,28 @@ class CompiledTask(Task):
         A, lower, upper = np.empty((m, kin.robot.nv)), np.empty(m), np.empty(m)
         self.fill(kin, t, A, lower, upper, 0)
         return Rows(self.name, self.row_unit, labels, A, lower, upper)
+
+
+class KernelTask(CompiledTask):
+    """A task whose rows come from a kernel, together with those of others (`TaskProgram`).
+
+    It says which `kernel`, and what that needs: a `frame`, a `rate` [1/s], a `target`, `numbers`.
+    """
+
+    kernel: str
+    rate: float
+    frame: int = 0
+    target: PoseTrajectory | None = None
+
+    @property
+    def numbers(self) -> Array:
+        """What else the kernel needs, one after the other."""
+        return np.zeros(0)
+
+    def fill(
+        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
+    ) -> None:
+        """Write the rows from row `at` on."""
+        from equipoise.tasks.program import TaskProgram  # it knows all kinds of tasks
+
+        TaskProgram([self], [at]).fill(kin, t, A, lower, upper)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compilation import entrance
+from equipoise.compilation import compiled
 from equipoise.contacts import SupportPolygon
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
-from equipoise.tasks.base import CompiledTask
+from equipoise.tasks.base import KernelTask
 
 
-class ComPolygonTask(CompiledTask):
+class ComPolygonTask(KernelTask):
     """Bound the speed of the centre of mass toward each edge by its distance to it.
 
     `n . J_com v <= rate * (distance to the edge - margin)`: the edge minus `margin` [m] is
@@ -20,6 +20,7 @@ class ComPolygonTask(CompiledTask):
     """
 
     row_unit = "m/s"
+    kernel = "com_polygon"
 
     def __init__(
         self, name: str, polygon: SupportPolygon, *, margin: float = 0.02, rate: float = 10.0
@@ -40,23 +41,11 @@ class ComPolygonTask(CompiledTask):
         """Metres."""
         return ("m",) * len(self.polygon.offsets)
 
-    def fill(
-        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
-    ) -> None:
-        """Write one upper-bounded row an edge."""
-        live, edges = kin.live_with_com, self.polygon
-        com_rows(
-            live.com,
-            live.com_rows,
-            edges.normals,
-            edges.offsets,
-            self.margin,
-            self.rate,
-            A,
-            lower,
-            upper,
-            at,
-        )
+    @property
+    def numbers(self) -> Array:
+        """The normal (2) and the offset of each edge, moved in by the margin."""
+        edges = self.polygon
+        return np.column_stack((edges.normals, edges.offsets - self.margin))
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [m] the centre of mass is beyond each edge moved in by the margin."""
@@ -66,23 +55,21 @@ class ComPolygonTask(CompiledTask):
         return self.polygon.offsets - self.polygon.normals @ kin.p_world_com[:2]
 
 
-@entrance
+@compiled
 def com_rows(
     com: np.ndarray,
     J_com: np.ndarray,
-    normals: np.ndarray,
-    offsets: np.ndarray,
-    margin: float,
+    edges: np.ndarray,
     rate: float,
     A: np.ndarray,
     lower: np.ndarray,
     upper: np.ndarray,
     at: int,
 ) -> None:
-    """Write `n . J_com v <= rate * (offset - n . com - margin)` for each edge."""
-    for i in range(len(offsets)):
-        nx, ny = normals[i, 0], normals[i, 1]
+    """Write `n . J_com v <= rate * (offset - n . com)` for each edge (n_x, n_y, offset)."""
+    for i in range(edges.shape[0] // 3):
+        nx, ny, offset = edges[3 * i], edges[3 * i + 1], edges[3 * i + 2]
         for c in range(J_com.shape[1]):
             A[at + i, c] = nx * J_com[0, c] + ny * J_com[1, c]
         lower[at + i] = -np.inf
-        upper[at + i] = rate * (offsets[i] - nx * com[0] - ny * com[1] - margin)
+        upper[at + i] = rate * (offset - nx * com[0] - ny * com[1])

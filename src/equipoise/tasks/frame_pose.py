@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compilation import entrance
+from equipoise.compilation import compiled, entrance
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics_kernels import frame_rows
 from equipoise.spatial import Array
 from equipoise.spatial_kernels import rotation_difference
-from equipoise.tasks.base import CompiledTask
+from equipoise.tasks.base import KernelTask
 from equipoise.tasks.trajectory import PoseTrajectory
 
 
-class FramePoseTask(CompiledTask):
+class FramePoseTask(KernelTask):
     """Drive the pose of `frame` to a trajectory: `J v = twist_ref + rate * error`.
 
     Args: `rate` [1/s], the paper's alpha of task convergence.
@@ -21,32 +21,26 @@ class FramePoseTask(CompiledTask):
     the frame itself and not of the error; the target's own twist is fed forward.
     """
 
+    row_unit = "m/s, rad/s"
+    kernel = "frame_pose"
+
     def __init__(
         self, name: str, frame_id: int, target: PoseTrajectory, *, rate: float = 10.0
     ) -> None:
         super().__init__(name)
-        self.frame_id = frame_id
+        self.frame_id = self.frame = frame_id
         self.target = target
         self.rate = rate
 
     labels = ("x", "y", "z", "rx", "ry", "rz")
     units = ("m", "m", "m", "rad", "rad", "rad")
-    row_unit = "m/s, rad/s"
-
-    def fill(
-        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
-    ) -> None:
-        """Write six equality rows in world axes."""
-        live = kin.live
-        carried, T = live.carries[live.joint_of[self.frame_id]], live.frames[self.frame_id]
-        pose_task_rows(live.columns, carried, T, self.target.row(t), self.rate, A, lower, upper, at)
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return (6,): position [m] and rotation vector [rad] to the target, world axes."""
         return pose_difference(self.target.row(t), kin.live.frames[self.frame_id])
 
 
-@entrance
+@compiled
 def pose_task_rows(
     columns: np.ndarray,
     carried: np.ndarray,

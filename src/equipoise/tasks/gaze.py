@@ -11,13 +11,13 @@ from equipoise.kinematics import Kinematics
 from equipoise.kinematics_kernels import add_point_row
 from equipoise.spatial import Array
 from equipoise.spatial_kernels import turned, turned_back
-from equipoise.tasks.base import CompiledTask
+from equipoise.tasks.base import KernelTask
 from equipoise.tasks.trajectory import PoseTrajectory
 
 _NEAREST = 1e-3  # [m] a point closer to the camera than this has no direction
 
 
-class GazeTask(CompiledTask):
+class GazeTask(KernelTask):
     """Turn the x axis of the camera frame to the origin of a moving target.
 
     The direction d of the target in camera axes is (1, 0, 0) when looked at; the error is the
@@ -28,29 +28,22 @@ class GazeTask(CompiledTask):
     labels = ("left", "up")
     units = ("rad", "rad")
     row_unit = "rad/s"
+    kernel = "gaze"
 
     def __init__(
         self, name: str, camera_id: int, target: PoseTrajectory, *, rate: float = 5.0
     ) -> None:
         super().__init__(name)
-        self.camera_id = camera_id
+        self.camera_id = self.frame = camera_id
         self.target = target
         self.rate = rate
-
-    def fill(
-        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
-    ) -> None:
-        """Write two equality rows: rates of (d_y, d_z)."""
-        live = kin.live
-        carried, T = live.carries[live.joint_of[self.camera_id]], live.frames[self.camera_id]
-        gaze_rows(live.columns, carried, T, self.target.row(t), self.rate, A, lower, upper, at)
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return the angle [rad] to the target, split into left and up (2,)."""
         return gaze_error(kin.live.frames[self.camera_id], self.target.row(t))
 
 
-@entrance
+@compiled
 def gaze_rows(
     columns: np.ndarray,
     carried: np.ndarray,

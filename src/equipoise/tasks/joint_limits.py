@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compilation import entrance
+from equipoise.compilation import compiled
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics_kernels import joint_rows
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks.base import CompiledTask
+from equipoise.tasks.base import KernelTask
 
 
-class JointLimitsTask(CompiledTask):
+class JointLimitsTask(KernelTask):
     """Bound each joint velocity by the velocity limit and by the room to the position limits.
 
     `rate * (q_min + margin - q) <= v <= rate * (q_max - margin - q)`: a limit moved in by
@@ -21,6 +21,7 @@ class JointLimitsTask(CompiledTask):
     """
 
     row_unit = "rad/s"
+    kernel = "joint_limits"
 
     def __init__(
         self,
@@ -50,11 +51,10 @@ class JointLimitsTask(CompiledTask):
         """Radians (metres for a prismatic joint)."""
         return ("rad",) * len(self.labels_)
 
-    def fill(
-        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
-    ) -> None:
-        """Write one two-sided row a joint. Outside a limit the row asks to come back."""
-        limit_rows(kin.q, self.q_low, self.q_high, self.v_share, self.rate, A, lower, upper, at)
+    @property
+    def numbers(self) -> Array:
+        """Lower and upper positions, and the speeds, of all joints."""
+        return np.concatenate((self.q_low, self.q_high, self.v_share))
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [rad] each joint is beyond its limits moved in by the margin."""
@@ -62,20 +62,20 @@ class JointLimitsTask(CompiledTask):
         return np.maximum(0.0, np.maximum(self.q_low - q, q - self.q_high))
 
 
-@entrance
+@compiled
 def limit_rows(
     q: np.ndarray,
-    q_low: np.ndarray,
-    q_high: np.ndarray,
-    v_max: np.ndarray,
+    limits: np.ndarray,
     rate: float,
     A: np.ndarray,
     lower: np.ndarray,
     upper: np.ndarray,
     at: int,
 ) -> None:
-    """Write the bounds of each joint's velocity."""
-    joint_rows(A, at, len(q_low))
-    for i in range(len(q_low)):
-        lower[at + i] = min(max(rate * (q_low[i] - q[7 + i]), -v_max[i]), v_max[i])
-        upper[at + i] = min(max(rate * (q_high[i] - q[7 + i]), -v_max[i]), v_max[i])
+    """Write the bounds of each joint's velocity; `limits` as `JointLimitsTask.numbers`."""
+    na = limits.shape[0] // 3
+    joint_rows(A, at, na)
+    for i in range(na):
+        v_max = limits[2 * na + i]
+        lower[at + i] = min(max(rate * (limits[i] - q[7 + i]), -v_max), v_max)
+        upper[at + i] = min(max(rate * (limits[na + i] - q[7 + i]), -v_max), v_max)

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compilation import entrance
+from equipoise.compilation import compiled
 from equipoise.errors import ShapeError
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics_kernels import joint_rows
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks.base import CompiledTask
+from equipoise.tasks.base import KernelTask
 
 
-class PostureTask(CompiledTask):
+class PostureTask(KernelTask):
     """Draw the joints to `q_joints` (na,) with `rate` [1/s]: `v_j = rate * (q_joints - q)_j`."""
 
     row_unit = "rad/s"
+    kernel = "posture"
 
     def __init__(self, name: str, robot: Robot, q_joints: Array, *, rate: float = 1.0) -> None:
         super().__init__(name)
@@ -36,18 +37,17 @@ class PostureTask(CompiledTask):
         """Radians (metres for a prismatic joint)."""
         return ("rad",) * len(self.labels_)
 
-    def fill(
-        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
-    ) -> None:
-        """Write one equality row a joint."""
-        posture_rows(kin.q, self.q_joints, self.rate, A, lower, upper, at)
+    @property
+    def numbers(self) -> Array:
+        """The wanted joint positions."""
+        return self.q_joints
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return (na,) [rad]: the way to the posture."""
         return self.q_joints - kin.q[7:]
 
 
-@entrance
+@compiled
 def posture_rows(
     q: np.ndarray,
     q_joints: np.ndarray,

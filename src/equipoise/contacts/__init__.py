@@ -9,7 +9,7 @@ from equipoise.contacts.moving import (
     SurfaceMotion,
 )
 from equipoise.contacts.point import PointContact
-from equipoise.contacts.reaction import ReactionMargins, reaction_margins
+from equipoise.contacts.reaction import ReactionMargins, margins_of, outline, reaction_margins
 from equipoise.contacts.rows import ContactRows
 from equipoise.contacts.schedule import ContactSchedule
 from equipoise.contacts.sole import SoleContact
@@ -35,5 +35,7 @@ __all__ = [
     "SupportPolygon",
     "SurfaceContact",
     "SurfaceMotion",
+    "margins_of",
+    "outline",
     "reaction_margins",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import cache
 from pathlib import Path
 
@@ -58,8 +57,10 @@ class ActiveSet:
         problem = Problem(*map(_plain, (hierarchy.A, hierarchy.lower, hierarchy.upper)))
         v, w, slack = np.empty(n), np.empty(m), np.empty(len(ends))
         active = np.empty(m, dtype=np.int8)
-        work, ended = answer(problem, limits, buffers, self.iteration_limit, v, w, slack, active)
-        if not math.isfinite(v.sum() + slack.sum()):
+        work, ended, finite = answer(
+            problem, limits, buffers, self.iteration_limit, v, w, slack, active
+        )
+        if not finite:
             self.reset()
             return describe(hierarchy, np.full(n, np.nan), Status.FAILED, self.name, work)
         status = Status.SOLVED if ended else Status.ITERATION_LIMIT

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from time import perf_counter_ns
 
 import numpy as np
 
-from equipoise.contacts import Contact
+from equipoise.contacts import ContactStack
 from equipoise.control import (
     Command,
     ControlGains,
@@ -68,6 +68,7 @@ class Simulation:
             self.controller.take_over(self.engine.stand())
         self.tick_ns = np.zeros((self.steps, 2), dtype=np.int64)
         self.helm: Helm | None = None
+        self._rows: dict[ContactStack, Array] = {}
         self.recorder = Recorder(
             scenario, self.places, self.levels, self.wanted_forces, self.engine.sliders
         )
@@ -150,15 +151,24 @@ class Simulation:
         contacts = self.places.schedule.at(t)
         if contacts is not self.controller.contacts:
             self.controller.switch(contacts)
-        lam = self.places.contacts.split(state.lam)
+        measured = Measurement(state.q, state.v, state.lam[self._rows_in_whole(contacts)])
         return self.controller.step(
-            t,
-            Measurement(state.q, state.v, np.concatenate([lam[c.name] for c in contacts.contacts])),
-            Target(motion.q_ref, motion.v_ref, self._lam_ref(t, contacts.contacts)),
+            t, measured, Target(motion.q_ref, motion.v_ref, self._lam_ref(t, contacts))
         )
 
-    def _lam_ref(self, t: float, contacts: Sequence[Contact]) -> Array:
-        return np.array([wanted(t) for c in contacts for wanted in self.wanted_forces[c.name]])
+    def _rows_in_whole(self, contacts: ContactStack) -> Array:
+        """Return where the rows of a stack are among those of all contacts (r,)."""
+        rows = self._rows.get(contacts)
+        if rows is None:
+            whole = self.places.contacts.rows
+            parts = [np.r_[whole[contact.name]] for contact in contacts.contacts]
+            rows = self._rows[contacts] = np.concatenate([np.zeros(0, dtype=int), *parts])
+        return rows
+
+    def _lam_ref(self, t: float, contacts: ContactStack) -> Array:
+        return np.array(
+            [wanted(t) for name in contacts.rows for wanted in self.wanted_forces[name]]
+        )
 
     def kinematics(self, q: Array) -> Kinematics:
         """Return the kinematics of the nominal robot at `q` (nq,), at rest."""

@@ -36,7 +36,7 @@ BELOW = {
     "tasks": {*KINEMATIC, "world", "distances", "distance_kernels", "contacts", "hqp"},
     "motion": {*KINEMATIC, "hqp", "tasks"},
     "control": {*KINEMATIC, "contacts"},
-    "physics": {*KINEMATIC, "contacts"},
+    "physics": {*KINEMATIC, "contacts", "world"},
 }
 
 

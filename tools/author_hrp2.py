@@ -33,6 +33,26 @@ HEAD_PAIRS = {
     frozenset(("LLEG_LINK2", "HEAD_LINK1")),
     frozenset(("RLEG_LINK2", "HEAD_LINK1")),
 }
+SUMMARY = "HRP-2, 30 joints, 56 kg: the paper's robot, put together from public numbers"
+PALM_SKIN = 0.04  # [m] from the hand's middle line to its surface
+PARTS = {  # links by the names that all robots share
+    "pelvis": "BODY",
+    "torso": "CHEST_LINK1",
+    "head": "HEAD_LINK1",
+    **{
+        f"{side}_{part}": f"{side[0].upper()}{link}"
+        for part, link in (
+            ("upper_arm", "ARM_LINK2"),
+            ("hand", "ARM_LINK5"),
+            ("thigh", "LEG_LINK2"),
+            ("shin", "LEG_LINK3"),
+            ("foot", "LEG_LINK5"),
+        )
+        for side in ("left", "right")
+    },
+    "left_forearm": "[LARM_LINK3, LARM_LINK4]",
+    "right_forearm": "[RARM_LINK3, RARM_LINK4]",
+}
 AXIS_RPY = {"x": (0.0, pi / 2, 0.0), "y": (-pi / 2, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}
 
 
@@ -278,8 +298,10 @@ def extras(facts: dict) -> str:
         rows += [f"    {key}: {number(value)}" for key, value in rectangle.items()]
     rows.append("palms:")
     for side in ("left", "right"):
-        rows += [f"  - name: {side}_palm", f"    frame: {side}_palm"]
-    return "\n".join([*rows, "camera: camera", ""])
+        rows += [f"  - name: {side}_palm", f"    frame: {side}_palm", f"    skin: {PALM_SKIN}"]
+    rows += ["camera: camera", f"summary: \"{SUMMARY}\"", "parts:"]
+    rows += [f"  {part}: {links}" for part, links in PARTS.items()]
+    return "\n".join([*rows, ""])
 
 
 def author(facts: dict) -> dict[str, str]:

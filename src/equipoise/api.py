@@ -25,11 +25,14 @@ def run_scenario(
     *,
     out: Path | str | None = None,
     overrides: Sequence[str] = (),
+    robot: str | None = None,
     figures: bool = True,
     report: Report | None = None,
     steer: Callable[[Simulation, Path], Steering] | None = None,
 ) -> Run:
     """Run a scenario (a name, a YAML path or an object) and return its loaded log.
+
+    A named scenario is refitted to `robot` (a name or a path), if one is given.
 
     `out` is the run's folder; by default a new one under `runs/`. `report(stage, share)` is told
     how far it is, share in [0, 1]. `steer(simulation, folder)` returns who may change things
@@ -38,7 +41,11 @@ def run_scenario(
     Raises: `InputError` (a wrong scenario), `RunLogError` (the folder cannot be written).
     """
     say = report or _say_nothing
-    spec = scenario if isinstance(scenario, Scenario) else read_scenario(scenario, overrides)
+    spec = (
+        scenario
+        if isinstance(scenario, Scenario)
+        else read_scenario(scenario, overrides, robot=robot)
+    )
     check_acceptance(spec)
     say("starting posture", 0.0)
     if out is not None and (Path(out) / "run.mcap").exists():

@@ -27,6 +27,8 @@ def cli() -> None:
 @click.argument("scenario")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the run (must be new).")
 @click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change one value.")
+@click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
+@click.option("--physics", "engine", metavar="ENGINE", help="Engine: rigid or mujoco.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")
 @click.option("--port", type=click.IntRange(0, 65535), help="Port of the page [first free: 8080].")
@@ -35,6 +37,8 @@ def run(
     scenario: str,
     out: Path | None,
     overrides: tuple[str, ...],
+    robot: str | None,
+    engine: str | None,
     no_figures: bool,
     watched: bool,
     port: int | None,
@@ -47,6 +51,8 @@ def run(
     from equipoise.api import run_scenario
     from equipoise.console import Progress, print_summary
 
+    if engine is not None:
+        overrides = (*overrides, f"physics.engine={engine}")
     watch = None
     if watched:
         from equipoise.viewer.commands import Watch
@@ -58,6 +64,7 @@ def run(
                 scenario,
                 out=out,
                 overrides=overrides,
+                robot=robot,
                 figures=not no_figures,
                 report=progress,
                 steer=watch.steer if watch is not None else None,
@@ -127,7 +134,7 @@ def export(run_folder: Path, kind: str, to: Path | None) -> None:
 @click.argument("name", required=False)
 @click.option("--path", "only_path", is_flag=True, help="Print only the URDF's path.")
 def robots(name: str | None, only_path: bool) -> None:
-    """List the robots, or show what is known of NAME (a robot or a URDF file)."""
+    """List the robots, or show what is known of NAME (a robot, or its URDF, YAML or folder)."""
     from equipoise.console import print_robot, print_robots
     from equipoise.robots import get_robot, named_robots, robot_urdf_path
 
@@ -143,12 +150,13 @@ def robots(name: str | None, only_path: bool) -> None:
 
 @cli.command()
 @click.argument("name", required=False)
-def scenarios(name: str | None) -> None:
+@click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
+def scenarios(name: str | None, robot: str | None) -> None:
     """List the scenarios, or print NAME with every default written out."""
     from equipoise.scenarios import named_scenarios, read_scenario, resolved_text
 
     if name is not None:
-        click.echo(resolved_text(read_scenario(name)), nl=False)
+        click.echo(resolved_text(read_scenario(name, robot=robot)), nl=False)
         return
     for key in named_scenarios():
         click.echo(f"{key:<20}{read_scenario(key).title}")
@@ -157,7 +165,7 @@ def scenarios(name: str | None) -> None:
 @cli.command()
 @click.argument("urdf", type=click.Path(path_type=Path))
 def check(urdf: Path) -> None:
-    """Check a robot description before it is trusted: every finding, and what to do about it."""
+    """Check a robot (URDF, YAML or folder) before it is trusted: every finding and its remedy."""
     from equipoise.robots import check_urdf
 
     findings = check_urdf(urdf)
@@ -204,6 +212,32 @@ def report(run_folders: tuple[Path, ...], to: Path) -> None:
     from equipoise.analysis.report import make_report
 
     click.echo(make_report(run_folders, to))
+
+
+@cli.command()
+@click.argument("place", metavar="RUN|FILE.npz", type=click.Path(path_type=Path))
+@click.option("--at", "t", type=float, metavar="T", help="Time of the run to explain [s].")
+@click.option("--task", "tasks", multiple=True, metavar="NAME", help="Explain only this task.")
+@click.option("--details", is_flag=True, help="Also say how far each bound would have to move.")
+@click.option("--save", type=click.Path(path_type=Path), help="Write the hierarchy to this file.")
+def explain(
+    place: Path, t: float | None, tasks: tuple[str, ...], details: bool, save: Path | None
+) -> None:
+    """Say which tasks were not met at time T of RUN, which rows blocked them and by how much.
+
+    A hierarchy that --save wrote can be explained (and is solved) again without the run.
+    Example: equipoise explain runs/latest --at 4.2 --details
+    """
+    from equipoise.analysis.explain_run import explain_file, explain_tick
+
+    if place.suffix == ".npz":
+        if t is not None:
+            raise InputError("a saved hierarchy has no time", given=t, remedy="Leave out --at")
+        lines = explain_file(place, tasks, details=details, save=save)
+    else:
+        lines = explain_tick(place, t, tasks, details=details, save=save)
+    for line in lines:
+        click.echo(line)
 
 
 @cli.command()

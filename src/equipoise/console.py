@@ -85,7 +85,8 @@ def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
 def print_robots(robots: Mapping[str, Any]) -> None:
     """Print the named robots, one a line."""
     for name, robot in robots.items():
-        _console.print(f"{name:<16}{robot.summary}")
+        missing = f" (not installed: {robot.missing})" if robot.missing else ""
+        _console.print(f"{name:<16}{robot.summary}{missing}", markup=False)
 
 
 def print_robot(robot: Robot) -> None:

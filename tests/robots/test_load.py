@@ -71,9 +71,9 @@ def test_cylinders_become_capsules_of_the_same_cylindrical_part_on_request(copy:
 
 
 EXTRAS = {
-    "unknown key": ("camera:", "kamera:", "line 22, kamera: unknown key.*Known: name.*'camera'"),
+    "unknown key": ("camera:", "kamera:", "line 24, kamera: unknown key.*Known: name.*'camera'"),
     "unknown sole key": ("x_min: -0.1", "xmin: -0.1", "soles.0.*Known: name, frame, x_min"),
-    "duplicate key": ("camera: camera", "name: again", "line 22: a key is given twice"),
+    "duplicate key": ("camera: camera", "name: again", "line 24: a key is given twice"),
     "word for number": ("x_min: -0.1", "x_min: wide", "line 7, soles.0.x_min.*'wide'"),
     "nan": ("x_min: -0.1", "x_min: .nan", "line 7, soles.0.x_min"),
     "bounds exchanged": ("x_min: -0.1", "x_min: 0.5", "x_min < x_max"),

@@ -33,12 +33,12 @@ class Context:
         settled = run.t >= scenario.acceptance.after
         return cls(run, scenario, places or build_places(scenario), settled)
 
-    def hand_errors(self) -> list[Array]:
-        """Return the pose error (N, 6) of each hand that follows an object."""
+    def errors_of(self, kind: type[schema.TaskBase] = schema.HandOnObjectSpec) -> list[Array]:
+        """Return the pose error (N, 6) of each task of a kind: hands that follow an object."""
         return [
             self.run[f"error/{name}"]
             for name, spec in self.scenario.tasks.items()
-            if isinstance(spec, schema.HandOnObjectSpec) and f"error/{name}" in self.run
+            if isinstance(spec, kind) and f"error/{name}" in self.run
         ]
 
     def pushes(self) -> list[tuple[str, schema.PushContactSpec, schema.SliderSpec]]:
@@ -102,7 +102,7 @@ def _palm(part: slice, ticks: str) -> Callable[[Context], float | None]:
             "all": np.ones(len(context.run.t), dtype=bool),
             "end": np.arange(len(context.run.t)) == len(context.run.t) - 1,
         }[ticks]
-        return _largest(_lengths(context.hand_errors(), part), keep)
+        return _largest(_lengths(context.errors_of(), part), keep)
 
     return compute
 
@@ -243,6 +243,18 @@ _ALL = (
         "rad",
         "largest component of q - q_ref, settled (base position in m)",
         lambda c: _largest([c.run["dq"]], c.settled),
+    ),
+    Metric(
+        "way_error",
+        "m",
+        "frames to the ways of their own: position, settled",
+        lambda c: _largest(_lengths(c.errors_of(schema.FrameWaySpec), _POSITION), c.settled),
+    ),
+    Metric(
+        "base_error",
+        "m",
+        "base from where its reference is, settled",
+        lambda c: _largest(_lengths([c.run["dq"]], _POSITION), c.settled),
     ),
     Metric("force_error_rms", "N", "regulated contact force, RMS, settled", _force_rms),
     Metric(

@@ -53,15 +53,18 @@ def advise_gains(
     alpha: float,
     share: float = 0.15,
     kappa: float | None = None,
+    rotor_inertia: float = 0.0,
 ) -> GainAdvice:
     """Suggest `K_d = kappa M(q_0)` for a loop of period `dt` [s] and posture rate `alpha` [1/s].
 
     `kappa` [1/s] is taken as given, or chosen as `share` of the bound on rigid contacts.
+    `rotor_inertia` [kg m^2] of every joint, as seen behind its gear, is added to M.
     Raises: `InputError` if the period is not positive.
     """
     if not dt > 0.0:
         raise InputError("the control period must be positive", given=dt)
     M = inertia_matrix(robot, q_0)
+    M[range(6, robot.nv), range(6, robot.nv)] += rotor_inertia
     stacked = contacts.at(KinematicsEvaluator(robot).at(q_0, np.zeros(robot.nv)))
     Z = scipy.linalg.null_space(stacked.J_phi) if contacts.size else np.eye(robot.nv)
     M_tangent = Z.T @ M @ Z
@@ -94,6 +97,34 @@ def delay_margin(kappa: float, alpha: float) -> float:
     half = 0.5 * kappa * kappa
     omega = np.sqrt(half + np.sqrt(half * half + (kappa * alpha) ** 2))
     return float(np.arctan2(omega, alpha) / omega)
+
+
+@dataclass(frozen=True)
+class SoftFloorGains:
+    """Gains for a floor that gives: `kappa`, `alpha` [1/s] and the `layer` [rad/s] of sgn_p."""
+
+    kappa: float
+    alpha: float
+    layer: float
+
+
+def advise_for_soft_floor(
+    delay: float, dt: float, k_ip: float, *, reserve: float = 6.0
+) -> SoftFloorGains:
+    """Choose the posture loop so slow that it survives `reserve` times the loop's dead time.
+
+    The dead time is `delay` [s] and one and a half periods `dt` [s] of sampling and holding.
+    Damping is five times as fast as the posture (`alpha = kappa / 5`), and the integral inside
+    the boundary layer at most half as fast as the damping (`k_ip / layer = kappa / 2`), so that
+    the two do not swing against each other.
+    Raises: `InputError` if a time or the reserve is not positive.
+    """
+    if not (delay > 0.0 and dt > 0.0 and reserve > 0.0):
+        raise InputError("delay, period and reserve must be positive", given=(delay, dt, reserve))
+    wanted = reserve * (delay + 1.5 * dt)
+    # With alpha proportional to kappa the margin is inversely proportional to kappa.
+    kappa = delay_margin(1.0, 0.2) / wanted
+    return SoftFloorGains(kappa, kappa / 5.0, max(2.0 * k_ip / kappa, 1e-3))
 
 
 def _free_gain(robot: Robot, contacts: ContactStack, J_phi: Array, Q_phi: Array, M: Array) -> float:

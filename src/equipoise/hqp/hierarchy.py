@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from equipoise.errors import InputError, ShapeError
 from equipoise.hqp.rows import Rows
 from equipoise.hqp.soundness import are_sound
 
-FILE_FORMAT = 1
+FILE_FORMAT = 2
 
 
 class Block(NamedTuple):
@@ -133,48 +132,25 @@ class Hierarchy:
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> None:
-        """Write the problem to an npz file (no pickled objects inside)."""
-        about = {
-            "format": FILE_FORMAT,
-            "ends": self.ends,
-            "blocks": [
-                [b.name, b.unit, b.labels, b.level, b.rows.start, b.rows.stop] for b in self.blocks
-            ],
-        }
-        with Path(path).open("wb") as file:
-            np.savez(
-                file,
-                A=self.A,
-                lower=self.lower,
-                upper=self.upper,
-                about=np.array(json.dumps(about)),
-            )
+        """Write the problem to an npz file (no pickled objects inside).
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        from equipoise.hqp.saved import save_problem
+
+        save_problem(path, self)
 
     @classmethod
     def load(cls, path: str | Path) -> Hierarchy:
         """Read a problem that `save` wrote.
 
         Raises:
-            InputError: the file holds no hierarchy of a known format.
+            InputError: the file is missing, damaged, or holds no hierarchy of a known format.
         """
-        try:
-            with np.load(Path(path), allow_pickle=False) as file:
-                A, lower, upper = file["A"], file["lower"], file["upper"]
-                about = json.loads(str(file["about"]))
-            if about["format"] != FILE_FORMAT:
-                raise KeyError("format")
-            blocks = tuple(
-                Block(name, unit, tuple(labels), level, slice(start, stop))
-                for name, unit, labels, level, start, stop in about["blocks"]
-            )
-            ends = tuple(about["ends"])
-        except (KeyError, ValueError, TypeError) as error:
-            raise InputError(
-                "The file holds no hierarchy",
-                given=str(path),
-                remedy="Give a file that Hierarchy.save wrote with this version",
-            ) from error
-        return cls(A, lower, upper, ends, blocks)
+        from equipoise.hqp.saved import load_problem
+
+        return load_problem(path).hierarchy
 
 
 def _count_kinds(lower: np.ndarray, upper: np.ndarray) -> str:

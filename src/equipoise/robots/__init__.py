@@ -5,10 +5,18 @@ from __future__ import annotations
 from equipoise.robots.check import check_urdf
 from equipoise.robots.finding import Finding
 from equipoise.robots.load import load_robot
-from equipoise.robots.registry import NamedRobot, get_robot, named_robots, robot_urdf_path
+from equipoise.robots.registry import (
+    NamedRobot,
+    get_robot,
+    named_robots,
+    robot_path,
+    robot_urdf_path,
+)
 from equipoise.robots.robot import Palm, Robot, Sole
+from equipoise.robots.source import ExtraMissingError
 
 __all__ = [
+    "ExtraMissingError",
     "Finding",
     "NamedRobot",
     "Palm",
@@ -18,5 +26,6 @@ __all__ = [
     "get_robot",
     "load_robot",
     "named_robots",
+    "robot_path",
     "robot_urdf_path",
 ]

@@ -67,12 +67,14 @@ def add_collision_pairs(
 
 
 def neighbouring_links(model: pin.Model, geometry: pin.GeometryModel) -> set[tuple[str, str]]:
-    """Return the pairs of links with shapes whose joints follow each other in the tree."""
-    shapes = list(geometry.geometryObjects)
-    parents = list(model.parents)
-    return {
-        (link_of(model, a), link_of(model, b))
-        for a in shapes
-        for b in shapes
-        if parents[b.parentJoint] == a.parentJoint and a.parentJoint > 0
-    }
+    """Return the pairs of links with shapes that have no other such link between them."""
+    links_of: dict[int, set[str]] = {}
+    for shape in geometry.geometryObjects:
+        links_of.setdefault(shape.parentJoint, set()).add(link_of(model, shape))
+    parents, pairs = list(model.parents), set()
+    for joint, links in links_of.items():
+        above = parents[joint] if joint > 0 else 0
+        while above > 0 and above not in links_of:
+            above = parents[above]
+        pairs |= {(a, b) for a in links for b in links_of.get(above, ()) if above > 0}
+    return pairs

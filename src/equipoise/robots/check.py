@@ -7,10 +7,10 @@ from pathlib import Path
 
 from equipoise.errors import InputError
 from equipoise.robots.check_tree import check_tree
-from equipoise.robots.description import read_description
 from equipoise.robots.finding import ERROR, WARNING, Finding
-from equipoise.robots.load import companion, load_robot
+from equipoise.robots.load import load_robot
 from equipoise.robots.robot import Robot
+from equipoise.robots.source import find_source
 from equipoise.robots.srdf import read_srdf
 
 
@@ -21,34 +21,33 @@ def check_urdf(
     extras_path: str | Path | None = None,
     package_dirs: Sequence[str | Path] = (),
 ) -> list[Finding]:
-    """Return all errors and warnings of a URDF and the files beside it; empty means sound.
+    """Return all errors and warnings of a URDF (or a robot's YAML or folder); empty means sound.
 
     Never raises for a bad file: what `load_robot` would raise is among the findings.
     """
-    urdf = Path(path)
     try:
-        tree = read_description(urdf)
+        source = find_source(path, srdf_path=srdf_path, extras_path=extras_path)
+        urdf, tree = source.urdf, source.tree()
     except InputError as error:
-        return [Finding(ERROR, urdf.name, str(error).rstrip("."))]
+        return [Finding(ERROR, Path(path).name, str(error).rstrip("."))]
     _, findings = check_tree(tree, urdf, package_dirs)
     if any(finding.severity == ERROR for finding in findings):
         return findings
     try:
         robot = load_robot(
-            urdf, srdf_path=srdf_path, extras_path=extras_path, package_dirs=package_dirs
+            path, srdf_path=srdf_path, extras_path=extras_path, package_dirs=package_dirs
         )
     except InputError as error:
         return [*findings, Finding(ERROR, urdf.name, str(error).rstrip("."))]
-    findings += _unknown_links(urdf, srdf_path, robot)
+    findings += _unknown_links(source.srdf, robot)
     if not robot.soles:
         remedy = f"List the soles in {urdf.with_suffix('.yaml').name}"
         findings.append(Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy))
     return findings
 
 
-def _unknown_links(urdf: Path, srdf_path: str | Path | None, robot: Robot) -> list[Finding]:
+def _unknown_links(srdf: Path | None, robot: Robot) -> list[Finding]:
     """Warn of disabled collision pairs with a link that does not exist: they disable nothing."""
-    srdf = companion(urdf, srdf_path, ".srdf")
     pairs = read_srdf(srdf).disabled_pairs if srdf else ()
     unknown = sorted({link for pair in pairs for link in pair} - set(robot.frame_names))
     return [

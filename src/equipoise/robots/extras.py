@@ -1,71 +1,20 @@
-"""What a robot has beyond URDF and SRDF: soles, palms, camera; read from YAML and validated."""
+"""Reads a robot's YAML and says on which line it is wrong."""
 
 from __future__ import annotations
 
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated
+from typing import Any, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from equipoise.errors import RobotFileError
+from equipoise.robots.extras_schema import Extras
 
 MAX_EXTRAS_BYTES = 1_000_000
-Name = Annotated[str, Field(min_length=1, strict=True)]
-Metre = Annotated[float, Field(allow_inf_nan=False, ge=-10.0, le=10.0, strict=True)]
-
-
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class SoleEntry(_Strict):
-    """A sole's rectangle [m] in the axes of its frame."""
-
-    name: Name
-    frame: Name
-    x_min: Metre
-    x_max: Metre
-    y_min: Metre
-    y_max: Metre
-
-    @model_validator(mode="after")
-    def _bounds_in_order(self) -> SoleEntry:
-        if self.x_min >= self.x_max or self.y_min >= self.y_max:
-            raise ValueError("a sole needs x_min < x_max and y_min < y_max")
-        return self
-
-
-class PalmEntry(_Strict):
-    """A hand's contact frame."""
-
-    name: Name
-    frame: Name
-
-
-class Extras(_Strict):
-    """The whole extras file; every key may be left out."""
-
-    name: Name | None = None
-    cylinders_are_capsules: bool = False
-    soles: tuple[SoleEntry, ...] = ()
-    palms: tuple[PalmEntry, ...] = ()
-    camera: Name | None = None
-    half_sitting: dict[Name, Annotated[float, Field(allow_inf_nan=False, strict=True)]] | None = (
-        None
-    )
-
-    @model_validator(mode="after")
-    def _unique_names(self) -> Extras:
-        for kind, entries in (("sole", self.soles), ("palm", self.palms)):
-            names = [entry.name for entry in entries]
-            repeated = sorted({name for name in names if names.count(name) > 1})
-            if repeated:
-                raise ValueError(f"{kind} name given twice: {', '.join(repeated)}")
-        return self
 
 
 def read_extras(path: Path) -> Extras:
@@ -137,11 +86,34 @@ def _explained(path: Path, tree: object, error: ValidationError) -> RobotFileErr
 
 
 def _schema_at(location: tuple[int | str, ...]) -> type[BaseModel]:
-    if location[:1] == ("soles",) and len(location) > 1:
-        return SoleEntry
-    if location[:1] == ("palms",) and len(location) > 1:
-        return PalmEntry
-    return Extras
+    """Return the innermost section of the file that holds a location."""
+    annotation: Any = Extras
+    found: type[BaseModel] = Extras
+    for part in location:
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            found = annotation
+            field = annotation.model_fields.get(str(part))
+            annotation = field.annotation if field is not None else None
+        else:
+            annotation = _inside(annotation)
+        annotation = _only_section(annotation)
+    return found
+
+
+def _inside(annotation: Any) -> Any:
+    """Return what a mapping or list holds."""
+    held = [argument for argument in get_args(annotation) if argument is not Ellipsis]
+    return held[-1] if held else None
+
+
+def _only_section(annotation: Any) -> Any:
+    """Return the section or container of an optional annotation."""
+    if getattr(annotation, "__origin__", None) in (dict, tuple, list):
+        return annotation
+    members = [m for m in get_args(annotation) if m is not type(None)]
+    sections = [m for m in members if isinstance(m, type) and issubclass(m, BaseModel)]
+    containers = [m for m in members if getattr(m, "__origin__", None) in (dict, tuple)]
+    return next(iter([*sections, *containers]), annotation)
 
 
 def _line_of(tree: object, location: tuple[int | str, ...]) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from equipoise.errors import NameNotFoundError, RobotFileError
+from equipoise.errors import NameNotFoundError
 from equipoise.robots.build import (
     add_collision_pairs,
     build_geometry,
@@ -17,8 +17,7 @@ from equipoise.robots.build import (
 )
 from equipoise.robots.check_model import check_model
 from equipoise.robots.check_tree import check_tree
-from equipoise.robots.description import read_description
-from equipoise.robots.extras import Extras, read_extras
+from equipoise.robots.extras_schema import Extras
 from equipoise.robots.finding import raise_errors
 from equipoise.robots.robot import (
     NQ_BASE,
@@ -27,6 +26,7 @@ from equipoise.robots.robot import (
     Sole,
     require_actuated_joints_of_one_dof,
 )
+from equipoise.robots.source import find_source
 from equipoise.robots.srdf import Semantics, read_srdf
 
 HALF_SITTING = "half_sitting"
@@ -39,26 +39,25 @@ def load_robot(
     extras_path: str | Path | None = None,
     package_dirs: Sequence[str | Path] = (),
 ) -> Robot:
-    """Load a robot from a URDF, adding a free base.
+    """Load a robot from its URDF, its YAML or the folder of either, adding a free base.
 
-    The SRDF (postures, pairs of links that need no collision check) and the extras (soles, palms,
-    camera) are taken from files of the same stem beside the URDF when they are not given; both
-    may be missing. `package_dirs` are folders that hold the packages of package:// paths.
+    The SRDF (postures, pairs of links that need no collision check) and the YAML (soles, palms,
+    camera, and what the URDF lacks) are taken from files of the same stem beside the URDF when
+    they are not given; both may be missing. A YAML may name its URDF elsewhere. `package_dirs`
+    are folders that hold the packages of package:// paths.
 
     Raises: RobotFileError, NameNotFoundError.
     """
-    urdf = Path(urdf_path)
-    tree = read_description(urdf)
+    source = find_source(urdf_path, srdf_path=srdf_path, extras_path=extras_path)
+    urdf, extras = source.urdf, source.extras
+    tree = source.tree()
     checked, findings = check_tree(tree, urdf, package_dirs)
     raise_errors(urdf, findings)
-    srdf = companion(urdf, srdf_path, ".srdf")
-    yaml = companion(urdf, extras_path, ".yaml")
-    semantics = read_srdf(srdf) if srdf else None
-    extras = read_extras(yaml) if yaml else Extras()
+    semantics = read_srdf(source.srdf) if source.srdf else None
 
     model = build_model(checked)
     require_actuated_joints_of_one_dof(model)
-    capsules = extras.cylinders_are_capsules
+    capsules = extras.has_capsules
     collision = build_geometry(checked, model, pin.GeometryType.COLLISION, as_capsules=capsules)
     visual = build_geometry(checked, model, pin.GeometryType.VISUAL, as_capsules=capsules)
     disabled = semantics.disabled_pairs if semantics else neighbouring_links(model, collision)
@@ -76,6 +75,7 @@ def load_robot(
         palms=tuple(Palm(**entry.model_dump()) for entry in extras.palms),
         camera=extras.camera,
         q_half_sitting=q,
+        parts=extras.links_of_parts,
     )
 
 
@@ -124,16 +124,3 @@ def _posture(extras: Extras, semantics: Semantics | None) -> dict[str, float]:
     if extras.half_sitting is not None:
         return dict(extras.half_sitting)
     return semantics.postures.get(HALF_SITTING, {}) if semantics else {}
-
-
-def companion(urdf: Path, given: str | Path | None, suffix: str) -> Path | None:
-    """Return the given path, or the file of the same stem beside the URDF, or None."""
-    if given is not None:
-        path = Path(given)
-        if not path.is_file():
-            raise RobotFileError(
-                f"There is no file {path}", remedy=f"Give the {suffix} file's path"
-            )
-        return path
-    sibling = urdf.with_suffix(suffix)
-    return sibling if sibling.is_file() else None

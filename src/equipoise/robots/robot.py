@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -40,10 +40,14 @@ class Sole:
 
 @dataclass(frozen=True)
 class Palm:
-    """A hand's contact frame: x along the fingers, z the palm's normal out of the hand."""
+    """A hand's contact frame: x along the fingers, z the palm's normal out of the hand.
+
+    The hand's surface lies `skin` [m] out along z.
+    """
 
     name: str
     frame: str
+    skin: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,7 +57,8 @@ class Robot:
     Configurations q (nq,) are [base position, base quaternion xyzw, joints]; velocities v (nv,)
     are [base linear, base angular, both in base axes, joint rates]. Build it with `get_robot` or
     `load_robot`. Treat `model` and the geometry models as read-only: copies with other masses
-    come from `scaled`, `with_payload` and `with_unit_inertias`.
+    come from `scaled`, `with_payload` and `with_unit_inertias`. `parts` are the links of the parts
+    of the body ("left_forearm"), which robots have in common.
     """
 
     name: str
@@ -65,6 +70,7 @@ class Robot:
     palms: tuple[Palm, ...]
     camera: str | None
     q_half_sitting: np.ndarray
+    parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require_actuated_joints_of_one_dof(self.model)
@@ -73,6 +79,8 @@ class Robot:
             self.frame_id(frame)
         if self.camera is not None:
             self.frame_id(self.camera)
+        for link in (link for links in self.parts.values() for link in links):
+            self.frame_id(link)
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {self.na} joints, {self.mass:.3f} kg, {self.urdf_path})"

@@ -17,13 +17,20 @@ def named_scenarios() -> dict[str, Path]:
     return {path.stem: path for path in sorted(_FOLDER.glob("*.yaml"))}
 
 
-def read_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
-    """Return a shipped scenario by name, or one from a YAML file.
+def read_scenario(
+    name_or_path: str, overrides: Sequence[str] = (), *, robot: str | None = None
+) -> Scenario:
+    """Return a shipped scenario by name, or one from a YAML file; refitted to `robot` if given.
 
-    Raises: `NameNotFoundError`, `ScenarioError`.
+    Raises: `NameNotFoundError`, `ScenarioError`, `RobotFileError`.
     """
-    text = _text_of(name_or_path)
-    return parse_scenario(text, overrides, source=Path(name_or_path).name, text_of=_text_of)
+    return parse_scenario(
+        _text_of(name_or_path),
+        overrides,
+        source=Path(name_or_path).name,
+        text_of=_text_of,
+        robot=robot,
+    )
 
 
 def _text_of(name_or_path: str) -> str:

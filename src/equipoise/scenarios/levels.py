@@ -11,6 +11,7 @@ import numpy as np
 from equipoise.errors import InputError, NameNotFoundError, ScenarioError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.scenarios import schema
+from equipoise.scenarios.fades import build_fades, contact_tasks
 from equipoise.scenarios.places import Places, check_handle, check_target, to_waypoints
 from equipoise.scenarios.wording import at_path, frame_of
 from equipoise.spatial import pose
@@ -37,10 +38,7 @@ APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of
 def build_levels(scenario: schema.Scenario, places: Places) -> list[list[Task]]:
     """Return the levels of the run: contacts at level 0, then tasks by priority."""
     tasks = {name: _build(name, spec, scenario, places) for name, spec in _enabled(scenario)}
-    contacts = ContactTask(
-        "contacts", places.reference_schedule, rate=scenario.control.contact_rate
-    )
-    return _by_priority(scenario, contacts, tasks)
+    return _by_priority(scenario, contact_tasks(scenario, places), tasks)
 
 
 def build_start_levels(
@@ -51,10 +49,14 @@ def build_start_levels(
     At first only the soles are in contact, and hands are led to their first target on a smooth
     way; that way may cross an obstacle, which would hold the hands up for ever, so it is followed
     without avoidance. With it (and the contacts of time 0) the posture then only has to settle.
+    Tasks that come later are left out.
     """
     tasks = {}
+    fades = build_fades(scenario)
     for name, spec in _enabled(scenario):
         if isinstance(spec, schema.AvoidanceSpec) and not with_avoidance:
+            continue
+        if name in fades and fades[name].weight(0.0) == 0.0:
             continue
         if isinstance(spec, schema.HandOnObjectSpec | schema.FrameWaySpec):
             tasks[name] = _approach(_build(name, spec, scenario, places), places)
@@ -62,7 +64,7 @@ def build_start_levels(
             tasks[name] = _build(name, spec, scenario, places)
     held = places.reference_schedule.at(0.0) if with_avoidance else places.soles
     contacts = ContactTask("contacts", held, rate=scenario.control.contact_rate)
-    return _by_priority(scenario, contacts, tasks)
+    return _by_priority(scenario, [contacts], tasks)
 
 
 def _enabled(scenario: schema.Scenario) -> list[tuple[str, Any]]:
@@ -70,10 +72,10 @@ def _enabled(scenario: schema.Scenario) -> list[tuple[str, Any]]:
 
 
 def _by_priority(
-    scenario: schema.Scenario, contacts: ContactTask, tasks: dict[str, Task]
+    scenario: schema.Scenario, contacts: list[Task], tasks: dict[str, Task]
 ) -> list[list[Task]]:
     priorities = sorted({scenario.tasks[name].priority for name in tasks})
-    levels: list[list[Task]] = [[contacts]]
+    levels: list[list[Task]] = [contacts]
     for priority in priorities:
         levels.append([t for name, t in tasks.items() if scenario.tasks[name].priority == priority])
     return levels

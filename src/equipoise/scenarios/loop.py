@@ -34,7 +34,7 @@ class RunOutcome:
 
     `wall` [s] is the whole loop; `log_wall` [s] the part of it spent writing. `tick_us` are median
     and 99th percentile [us] of motion and control, `physics_us` of the engine. `changes` says
-    what a person changed while it ran; pauses do not count into `wall`.
+    what a person changed and which modes the supervisor chose; pauses do not count into `wall`.
     """
 
     ending: Ending
@@ -91,7 +91,7 @@ def run_simulation(
         _median_and_tail(spent[:, 0]),
         _median_and_tail(spent[:, 1]),
         note,
-        tuple(helm.changes) if helm is not None else (),
+        simulation.story,
     )
 
 

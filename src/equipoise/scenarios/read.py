@@ -22,11 +22,13 @@ def parse_scenario(
     *,
     source: str = "",
     text_of: Callable[[str], str] | None = None,
+    robot: str | None = None,
 ) -> Scenario:
     """Return the scenario that `text` describes, with `path=value` overrides applied.
 
     A file that begins with `extends: NAME` states only what differs from another scenario, whose
-    text `text_of(NAME)` gives.
+    text `text_of(NAME)` gives. For another `robot` than the file's, what the file says under
+    `for_robot` of that name is written over it, then everything is refitted.
     Raises: `ScenarioError` naming the line or path, what was given and what is known.
     """
     tree = _load(text, source)
@@ -38,11 +40,31 @@ def parse_scenario(
                 "only a scenario read by name or file can extend another", path="extends"
             )
         plain = _merged(_plain(_load(text_of(base), base)), plain)
+    exceptions = plain.pop("for_robot", {})
+    if robot is not None and robot != plain.get("robot", Scenario.model_fields["robot"].default):
+        from equipoise.scenarios.refit import refit
+
+        plain = refit(_validated(_merged(plain, _exception(exceptions, robot)), tree), robot)
     apply_overrides(plain, overrides)
+    return _validated(plain, tree)
+
+
+def _validated(plain: dict[str, Any], tree: Any) -> Scenario:
     try:
         return Scenario.model_validate(plain)
     except ValidationError as error:
         raise _translate(error, plain, tree) from None
+
+
+def _exception(exceptions: Any, robot: str) -> dict[str, Any]:
+    """Return what a scenario says of one robot alone."""
+    if not isinstance(exceptions, dict) or not all(
+        isinstance(changes, dict) for changes in exceptions.values()
+    ):
+        raise ScenarioError(
+            "wanted a mapping from robots to what is different on them", path="for_robot"
+        )
+    return exceptions.get(robot, {})
 
 
 def resolved_text(scenario: Scenario) -> str:

@@ -70,11 +70,17 @@ def _require_increasing(waypoints: list[WaypointSpec]) -> None:
 
 
 class HeldObject(Section):
-    """A massless rigid object in the hands, and its way through the world.
+    """A rigid object in the hands, and its way through the world.
 
     `handles`: where each palm frame holds it, in the axes of the object. The shapes are attached
-    to the first handle.
+    to the first handle. The engine rigid takes it as massless; in the engine mujoco it is a free
+    body of `mass` [kg], with `friction` on what it lies on, held by `grip`: `rigid` (the hands are
+    welded to it until the grasp ends) or `friction` (only pressed between two plates).
     """
+
+    mass: Positive = 0.5
+    friction: Positive = 0.6
+    grip: Literal["rigid", "friction"] = "rigid"
 
     shapes: Annotated[list[ShapeSpec], Field(min_length=1)]
     handles: Annotated[dict[str, Pose], Field(min_length=1)]
@@ -209,7 +215,8 @@ class PushContactSpec(Section):
     """One row from `start` to `end`: a point of a hand pushes the face of a slider.
 
     `force`: the wanted normal force without the part that the slider's viscosity asks for on its
-    wanted travel, which is added.
+    wanted travel, which is added. `ramp`: how long before `start` the motion is led into the
+    contact, and how long after `end` out of it; 0 switches it.
     """
 
     kind: Literal["push"]
@@ -218,12 +225,15 @@ class PushContactSpec(Section):
     slider: str
     start: NotNegative
     end: NotNegative
+    ramp: NotNegative = 0.0
     force: ForceProfile
 
     @model_validator(mode="after")
     def _ordered(self) -> PushContactSpec:
         if self.end <= self.start:
             raise ValueError("end must be after start")
+        if 0.0 < self.start < self.ramp:
+            raise ValueError("ramp must not reach back before time 0")
         return self
 
 
@@ -234,10 +244,22 @@ ContactSpec = Annotated[
 
 
 class TaskBase(Section):
-    """Common keys: `priority` 1 is served first (level 0 belongs to the contacts)."""
+    """Common keys: `priority` 1 is served first (level 0 belongs to the contacts).
+
+    `window` [start, end]: the task counts between these times only, and fades in after the start
+    and out before the end over `ramp` each; 0 switches it. From start 0 on it counts fully.
+    """
 
     priority: Annotated[int, Field(ge=1, le=20)]
     enabled: bool = True
+    window: Annotated[list[NotNegative], Field(min_length=2, max_length=2)] | None = None
+    ramp: NotNegative = 0.3
+
+    @model_validator(mode="after")
+    def _ramps_fit(self) -> TaskBase:
+        if self.window is not None and self.window[1] - self.window[0] < max(2 * self.ramp, 1e-9):
+            raise ValueError("window must end after it starts, by two ramps at least")
+        return self
 
 
 class HoldFrameSpec(TaskBase):
@@ -373,6 +395,14 @@ class GainsSpec(Section):
 class ControlSpec(Section):
     """Control period, hierarchy solver, gains, and how the robot is found.
 
+    `distribution` of the base wrench over the soles: `least` cost, or `bounded` so that the floor
+    can give the predicted reaction (pressing, in the cones, pressure inside the soles).
+    `reaction_filter` [s]: how slowly the measured reaction is followed when it is predicted; zero
+    takes it at face value, which no delay survives. `soft_floor_delay` [s]: on a floor that gives
+    (engine mujoco) the adviser chooses `kappa`, `alpha` and the layer of `sgn_p` so that the loop
+    has a sixfold reserve over this delay, and damps what violates a contact; zero: the gains are
+    taken as they are written.
+
     `start`: `released`, nothing holds it and the first torque is zero; `standing`, it stands under
     its servos and the law takes over the measured joint torques without a jump.
     """
@@ -381,13 +411,39 @@ class ControlSpec(Section):
     solver: Literal["active_set", "cascade", "daqp"] = "active_set"
     contact_rate: Positive = 10.0
     start: Literal["released", "standing"] = "released"
+    distribution: Literal["least", "bounded"] = "least"
+    reaction_filter: NotNegative = 0.02
+    soft_floor_delay: NotNegative = 0.003
     gains: GainsSpec = GainsSpec()
 
 
-class PhysicsSpec(Section):
-    """The engine and its step: `substeps` physics steps a control period."""
+class MujocoSpec(Section):
+    """What the engine mujoco is told besides (see `equipoise.physics.mujoco.MujocoOptions`).
 
-    engine: Literal["rigid"] = "rigid"
+    `substeps` physics steps a control period; `joint_friction` [N m], `joint_damping`
+    [N m s/rad] and `armature` [kg m^2] act at every actuated joint; `sole_friction` and
+    `hand_friction` are Coulomb coefficients; `contact_time` [s] is how fast a contact pushes
+    back: smaller is stiffer.
+    """
+
+    substeps: Annotated[int, Field(ge=1, le=100)] = 2
+    joint_friction: NotNegative = 0.2
+    joint_damping: NotNegative = 0.2
+    armature: NotNegative = 0.05
+    sole_friction: Positive = 0.8
+    hand_friction: Positive = 0.5
+    contact_time: Positive = 0.01
+
+
+class PhysicsSpec(Section):
+    """The engine: `rigid` (contacts hold both ways, as in the paper) or `mujoco`.
+
+    `substeps` (physics steps a control period), the two gains that take back a violated contact,
+    and `joint_damping` belong to the engine rigid; `mujoco` has a section of its own.
+    """
+
+    engine: Literal["rigid", "mujoco"] = "rigid"
+    mujoco: MujocoSpec = MujocoSpec()
     substeps: Annotated[int, Field(ge=1, le=100)] = 1
     position_gain: NotNegative = 0.1
     velocity_gain: NotNegative = 0.7
@@ -409,11 +465,86 @@ class PayloadSpec(Section):
         return self
 
 
+class LinkScaleSpec(Section):
+    """Factors on the true `mass` and `inertia` of what a joint moves."""
+
+    mass: Positive = 1.0
+    inertia: Positive = 1.0
+
+
 class DisturbancesSpec(Section):
-    """What the simulated robot has and the controller does not know."""
+    """What the simulated robot has and the controller does not know.
+
+    `links`: factors by the name of a link; everything fixed to the link takes part.
+    """
 
     payloads: list[PayloadSpec] = []
     mass_scale: Positive = 1.0
+    links: dict[str, LinkScaleSpec] = {}
+
+
+class SensorSpec(Section):
+    """Errors of one kind of sensor, in its unit.
+
+    `noise`: standard deviation a tick; `bias`: standard deviation of a constant drawn once;
+    `filter_time` [s] of a first-order low pass; `delay` [s], rounded up to whole ticks.
+    """
+
+    noise: NotNegative = 0.0
+    bias: NotNegative = 0.0
+    filter_time: NotNegative = 0.0
+    delay: NotNegative = 0.0
+
+
+class SilenceSpec(Section):
+    """A sensor that says nothing new from `start` on, until `end` if that is given.
+
+    `sensor`: joint_position, joint_velocity, base, a joint or a contact. `reading`: `nan` gives
+    none, `frozen` repeats the last value.
+    """
+
+    sensor: str
+    start: NotNegative
+    end: NotNegative | None = None
+    reading: Literal["nan", "frozen"] = "nan"
+
+
+class SensorsSpec(Section):
+    """What is measured of the true state. Units: rad, rad/s, m, m/s, N, N m."""
+
+    joint_position: SensorSpec = SensorSpec()
+    joint_velocity: SensorSpec = SensorSpec()
+    base_position: SensorSpec = SensorSpec()
+    base_angle: SensorSpec = SensorSpec()
+    base_velocity: SensorSpec = SensorSpec()
+    base_rate: SensorSpec = SensorSpec()
+    force: SensorSpec = SensorSpec()
+    moment: SensorSpec = SensorSpec()
+
+
+class PushSpec(Section):
+    """A `force` [N], world axes, at the origin of `frame` for `duration` [s] from `start` on."""
+
+    frame: str
+    force: Vector3
+    start: NotNegative
+    duration: Positive
+
+
+class FaultsSpec(Section):
+    """What goes wrong on purpose.
+
+    `measurement_delay` and `command_delay` [s] are rounded up to whole ticks. `missed_ticks`:
+    probability that a control tick comes one period late. `torque_share`: share of each torque
+    limit that the motors still give. `silences`: sensors that are lost.
+    """
+
+    pushes: list[PushSpec] = []
+    measurement_delay: NotNegative = 0.0
+    command_delay: NotNegative = 0.0
+    missed_ticks: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    torque_share: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
+    silences: list[SilenceSpec] = []
 
 
 class Limit(Section):
@@ -451,4 +582,6 @@ class Scenario(Section):
     control: ControlSpec = ControlSpec()
     physics: PhysicsSpec = PhysicsSpec()
     disturbances: DisturbancesSpec = DisturbancesSpec()
+    sensors: SensorsSpec = SensorsSpec()
+    faults: FaultsSpec = FaultsSpec()
     acceptance: AcceptanceSpec = AcceptanceSpec()

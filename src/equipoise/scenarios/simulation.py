@@ -10,27 +10,27 @@ import numpy as np
 from equipoise.contacts import ContactStack
 from equipoise.control import (
     Command,
-    ControlGains,
     GainAdvice,
-    Measurement,
     PassivityController,
-    SignFunction,
     Target,
     advise_gains,
 )
 from equipoise.hqp import make_solver
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
-from equipoise.motion import MotionGenerator, MotionStep, solve_posture
-from equipoise.physics import PhysicsState, RigidContactEngine
+from equipoise.motion import MotionStep, solve_posture
+from equipoise.physics import PhysicsState
 from equipoise.runlog import Channel
 from equipoise.scenarios import schema
+from equipoise.scenarios.engines import make_engine
+from equipoise.scenarios.fades import make_generator
 from equipoise.scenarios.forces import wanted_forces
+from equipoise.scenarios.gains import gains_of, to_control_gains
 from equipoise.scenarios.levels import APPROACH_TIME, build_levels, build_start_levels
 from equipoise.scenarios.places import build_places
 from equipoise.scenarios.record import Recorder
+from equipoise.scenarios.rig import Rig
 from equipoise.scenarios.sanity import check_contacts, check_waypoints
 from equipoise.scenarios.steering import Helm, Steering
-from equipoise.scenarios.truth import true_robot, true_sliders
 from equipoise.spatial import Array
 from equipoise.tasks import FramePoseTask
 
@@ -50,25 +50,24 @@ class Simulation:
         self.levels = build_levels(scenario, self.places)
         self.q_start = self._starting_posture()
         check_contacts(self.places, self.q_start, self.places.reference_schedule.at(0.0))
+        self.gains = gains_of(scenario)
         self.advice = self._advice()
         self.wanted_forces = wanted_forces(scenario, self.places)
         self.dt = scenario.control.period
         self.steps = round(scenario.duration / self.dt)
-        self.motion = MotionGenerator(
-            self.robot, self.levels, make_solver(scenario.control.solver), self.dt, self.q_start
-        )
+        self.motion = make_generator(scenario, self.places, self.levels, self.q_start)
         self.controller = PassivityController(
             self.robot,
             self.places.schedule.at(0.0),
-            _gains(scenario.control.gains, self.advice),
+            to_control_gains(self.gains, self.advice),
             self.dt,
         )
-        self.engine = self._engine()
+        self.engine = make_engine(scenario, self.places, self.q_start)
+        self.rig = Rig(scenario, self.robot, self.places.contacts, self.controller)
         if scenario.control.start == "standing":
             self.controller.take_over(self.engine.stand())
         self.tick_ns = np.zeros((self.steps, 2), dtype=np.int64)
         self.helm: Helm | None = None
-        self._rows: dict[ContactStack, Array] = {}
         self.recorder = Recorder(
             scenario, self.places, self.levels, self.wanted_forces, self.engine.sliders
         )
@@ -92,7 +91,7 @@ class Simulation:
         return q
 
     def _advice(self) -> GainAdvice:
-        gains = self.scenario.control.gains
+        gains, physics = self.gains, self.scenario.physics
         return advise_gains(
             self.robot,
             self.places.contacts,
@@ -100,26 +99,20 @@ class Simulation:
             self.scenario.control.period,
             alpha=gains.alpha,
             kappa=gains.kappa,
-        )
-
-    def _engine(self) -> RigidContactEngine:
-        physics = self.scenario.physics
-        return RigidContactEngine(
-            true_robot(self.scenario, self.places),
-            self.places.contacts,
-            self.q_start,
-            self.dt,
-            substeps=physics.substeps,
-            position_gain=physics.position_gain,
-            velocity_gain=physics.velocity_gain,
-            joint_damping=physics.joint_damping,
-            sliders=true_sliders(self.scenario),
+            rotor_inertia=physics.mujoco.armature if physics.engine == "mujoco" else 0.0,
         )
 
     @property
     def channels(self) -> list[Channel]:
         """What every tick logs."""
-        return self.recorder.channels + (self.helm.channels if self.helm is not None else [])
+        steered = self.helm.channels if self.helm is not None else []
+        return self.recorder.channels + self.rig.channels + steered
+
+    @property
+    def story(self) -> tuple[str, ...]:
+        """What a person changed and what the supervisor did, in sentences."""
+        changes = self.helm.changes if self.helm is not None else []
+        return (*changes, *self.rig.story)
 
     def steer(self, steering: Steering) -> None:
         """Let someone change pushes, gains and wanted forces while it runs."""
@@ -139,9 +132,9 @@ class Simulation:
             motion = self.motion.step(t)
             command = self._control(t, state, motion)
             controlled = perf_counter_ns()
-            after = self.engine.step(command.tau)
+            after = self._advance(t, state, command)
             self.tick_ns[k] = controlled - began, perf_counter_ns() - controlled
-            values = self.recorder.values(t, state, motion, command, after)
+            values = self.recorder.values(t, state, motion, command, after) | self.rig.values()
             if self.helm is not None:
                 self.helm.after_tick(t, values)
             yield t, values
@@ -151,19 +144,13 @@ class Simulation:
         contacts = self.places.schedule.at(t)
         if contacts is not self.controller.contacts:
             self.controller.switch(contacts)
-        measured = Measurement(state.q, state.v, state.lam[self._rows_in_whole(contacts)])
-        return self.controller.step(
-            t, measured, Target(motion.q_ref, motion.v_ref, self._lam_ref(t, contacts))
-        )
+        target = Target(motion.q_ref, motion.v_ref, self._lam_ref(t, contacts))
+        return self.rig.control(t, state, target)
 
-    def _rows_in_whole(self, contacts: ContactStack) -> Array:
-        """Return where the rows of a stack are among those of all contacts (r,)."""
-        rows = self._rows.get(contacts)
-        if rows is None:
-            whole = self.places.contacts.rows
-            parts = [np.r_[whole[contact.name]] for contact in contacts.contacts]
-            rows = self._rows[contacts] = np.concatenate([np.zeros(0, dtype=int), *parts])
-        return rows
+    def _advance(self, t: float, state: PhysicsState, command: Command) -> PhysicsState:
+        wished = self.helm.push(state) if self.helm is not None else 0.0
+        self.engine.external = wished + self.rig.faults.external(t, state.q, state.v)
+        return self.engine.step(self.rig.applied(command))
 
     def _lam_ref(self, t: float, contacts: ContactStack) -> Array:
         return np.array(
@@ -173,13 +160,3 @@ class Simulation:
     def kinematics(self, q: Array) -> Kinematics:
         """Return the kinematics of the nominal robot at `q` (nq,), at rest."""
         return KinematicsEvaluator(self.robot).at(q, np.zeros(self.robot.nv))
-
-
-def _gains(spec: schema.GainsSpec, advice: GainAdvice) -> ControlGains:
-    values = spec.model_dump(exclude={"kappa", "sgn_p", "sgn_F"})
-    return ControlGains(
-        K_d=advice.K_d,
-        sgn_p=SignFunction(spec.sgn_p.kind, spec.sgn_p.layer),
-        sgn_F=SignFunction(spec.sgn_F.kind, spec.sgn_F.layer),
-        **values,
-    )

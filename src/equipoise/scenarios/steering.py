@@ -105,14 +105,13 @@ class Helm:
         ]
 
     def before_tick(self, t: float, state: PhysicsState) -> None:
-        """Ask, apply, and set the push that acts during the tick.
+        """Ask, and apply what is wished.
 
         Raises: `StopRequested`.
         """
         wishes = self.steering.before_tick(t)
         if wishes is not None and wishes != self.wishes:
             self._take(t, wishes)
-        self._simulation.engine.external = self._push(state)
 
     def after_tick(self, t: float, values: dict[str, Array]) -> None:
         """Add what was wished to the logged values and show them."""
@@ -150,7 +149,8 @@ class Helm:
             self._gains, K_d=wishes.damping_factor * np.asarray(self._gains.K_d), **wishes.gains
         )
 
-    def _push(self, state: PhysicsState) -> Array:
+    def push(self, state: PhysicsState) -> Array:
+        """Return the generalised force (nv,) of the person's push at a state."""
         robot = self._simulation.robot
         if not any(self.wishes.push):
             return np.zeros(robot.nv)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
+import pinocchio as pin
 
 from equipoise.physics import Slider
 from equipoise.robots import Robot
@@ -17,11 +21,14 @@ def true_robot(scenario: schema.Scenario, places: Places) -> Robot:
     robot = places.robot
     if disturbances.mass_scale != 1.0:
         robot = robot.scaled(disturbances.mass_scale)
+    robot = _with_scaled_links(robot, disturbances.links)
     for i, payload in enumerate(disturbances.payloads):
         path = f"disturbances.payloads.{i}"
         point = np.array(payload.at)
         if payload.object is not None:
             check_object(scenario, payload.object, f"{path}.object")
+            if scenario.physics.engine == "mujoco":
+                continue  # there the object is a body of its own and carries it itself
             frame = next(iter(scenario.world.objects[payload.object].handles))
             point = places.handles[payload.object, frame].actInv(point)
         else:
@@ -29,6 +36,18 @@ def true_robot(scenario: schema.Scenario, places: Places) -> Robot:
             frame_of(robot, frame, f"{path}.frame")
         robot = robot.with_payload(frame, payload.mass, tuple(point))
     return robot
+
+
+def _with_scaled_links(robot: Robot, links: Mapping[str, schema.LinkScaleSpec]) -> Robot:
+    model = robot.model.copy()
+    for name, spec in links.items():
+        frame_id = frame_of(robot, name, f"disturbances.links.{name}")
+        joint = model.frames[frame_id].parentJoint
+        inertia = model.inertias[joint]
+        model.inertias[joint] = pin.Inertia(
+            spec.mass * inertia.mass, inertia.lever, spec.inertia * inertia.inertia
+        )
+    return replace(robot, model=model) if links else robot
 
 
 def true_sliders(scenario: schema.Scenario) -> list[Slider]:

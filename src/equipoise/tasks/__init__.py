@@ -4,6 +4,7 @@ from equipoise.tasks.avoidance import AvoidanceTask
 from equipoise.tasks.base import CompiledTask, KernelTask, Task
 from equipoise.tasks.com_polygon import ComPolygonTask
 from equipoise.tasks.contact_rows import ContactTask
+from equipoise.tasks.fade import Fade
 from equipoise.tasks.frame_pose import FramePoseTask
 from equipoise.tasks.gaze import GazeTask
 from equipoise.tasks.joint_limits import JointLimitsTask
@@ -17,6 +18,7 @@ from equipoise.tasks.trajectory import (
     Waypoint,
     WaypointTrajectory,
 )
+from equipoise.tasks.words import words_of
 
 __all__ = [
     "AttachedTrajectory",
@@ -24,6 +26,7 @@ __all__ = [
     "ComPolygonTask",
     "CompiledTask",
     "ContactTask",
+    "Fade",
     "FixedPose",
     "FramePoseTask",
     "GazeTask",
@@ -36,4 +39,5 @@ __all__ = [
     "TravelTrajectory",
     "Waypoint",
     "WaypointTrajectory",
+    "words_of",
 ]

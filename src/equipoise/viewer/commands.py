@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from equipoise.robots import check_urdf, get_robot, named_robots, robot_urdf_path
+from equipoise.robots import check_urdf, get_robot, named_robots, robot_path
 from equipoise.robots.finding import raise_errors
 from equipoise.runlog import latest_run
 from equipoise.scenarios.simulation import Simulation
@@ -49,10 +49,10 @@ def view_robot(name_or_path: str, host: str, port: int | None, say: Say, *, brow
     Raises: `RobotFileError` with every error of a file that cannot be trusted.
     """
     known = name_or_path in named_robots()
-    urdf = robot_urdf_path(name_or_path) if known else Path(name_or_path)
-    findings = check_urdf(urdf)
-    raise_errors(urdf, findings)
-    robot = get_robot(name_or_path if known else urdf)
+    place = robot_path(name_or_path) if known else Path(name_or_path)
+    findings = check_urdf(place)
+    raise_errors(place, findings)
+    robot = get_robot(place)
     server = ViewerServer(host, port)
     try:
         RobotView(robot, findings, server)

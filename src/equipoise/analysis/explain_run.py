@@ -1,0 +1,156 @@
+"""Why a task was not met at a time of a run: its hierarchy rebuilt from the log, solved again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from equipoise.errors import InputError, NonFiniteError, RunLogError
+from equipoise.hqp import (
+    Explanation,
+    Hierarchy,
+    RowWords,
+    Solution,
+    explain,
+    load_problem,
+    make_solver,
+    save_problem,
+)
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.motion import Fading
+from equipoise.runlog import Run, load_run
+from equipoise.scenarios.fades import build_fades
+from equipoise.scenarios.levels import build_levels
+from equipoise.scenarios.places import build_places
+from equipoise.scenarios.read import parse_scenario
+from equipoise.tasks import words_of
+
+AROUND = 0.05  # [s] what is loaded of a log on either side; more than two of the longest periods
+AGREES = 1e-4  # [m/s, rad/s] how far the rebuilt velocity may be from the logged one: a robot at
+# rest leaves the solver, which starts from another answer here, 1e-5 of freedom
+
+
+@dataclass(frozen=True)
+class RebuiltTick:
+    """One tick of a run, solved again.
+
+    `t` [s] is the time of the tick; `words` [m] are how rows are called; `difference` [m/s, rad/s]
+    is the largest between the rebuilt and the logged reference velocity. `fading` are the tasks on
+    a ramp with their weights; the solution is that of the hierarchy with all of them.
+    """
+
+    t: float
+    hierarchy: Hierarchy
+    solution: Solution
+    words: tuple[RowWords, ...]
+    difference: float
+    fading: dict[str, float]
+
+    def explain(self, tasks: tuple[str, ...] = ()) -> Explanation:
+        """Say which tasks (or which of `tasks`) were short at this tick, and why."""
+        return explain(self.hierarchy, self.solution.v, self.words, tasks=tasks)
+
+
+def rebuild_tick(place: Path | str, t: float) -> RebuiltTick:
+    """Rebuild the hierarchy of the tick of a run that is nearest to time `t` [s], and solve it.
+
+    Raises: RunLogError if the run cannot be read; InputError for a time outside of it, or if what
+    is rebuilt is not what was logged.
+    """
+    run = _load_around(place, t)
+    scenario = parse_scenario(run.scenario_text)
+    places = build_places(scenario)
+    levels = build_levels(scenario, places)
+    k = run.at(t)
+    time = float(run.t[k])
+    v_before = run["v_ref"][k - 1] if k > 0 else np.zeros(places.robot.nv)
+    kin = KinematicsEvaluator(places.robot).at(run["q_ref"][k], v_before, time)
+    fades = build_fades(scenario)
+    fading = Fading(levels, fades, partial(make_solver, scenario.control.solver))
+    parts = fading.parts(kin, time)
+    hierarchy, solution = parts[0].hierarchy, parts[0].solution
+    v = sum((part.share * part.solution.v for part in parts), np.zeros(hierarchy.n))
+    difference = float(np.abs(v - run["v_ref"][k]).max())
+    if not difference <= AGREES:
+        raise InputError(
+            f"The tick at {time:g} s, rebuilt, does not give the velocity that was logged: they "
+            f"are {difference:.2g} rad/s or m/s apart",
+            given=str(place),
+            remedy="Explain the run with the version of Equipoise, and the robot, that made it",
+        )
+    words = words_of([task for level in levels for task in level], hierarchy)
+    fading_now = {name: w for name, w in fading.weights(time).items() if 0.0 < w < 1.0}
+    return RebuiltTick(time, hierarchy, solution, words, difference, fading_now)
+
+
+def explain_tick(
+    place: Path | str,
+    t: float | None,
+    tasks: Sequence[str] = (),
+    *,
+    details: bool = False,
+    save: Path | None = None,
+) -> list[str]:
+    """Return what to tell about the tick of a run at time `t` [s]; `save` also writes it to a file.
+
+    Raises: as `rebuild_tick`; InputError without a time; NameNotFoundError for an unknown task.
+    """
+    if t is None:
+        raise InputError("A run has many ticks", given=str(place), remedy="Say which: --at T")
+    tick = rebuild_tick(place, t)
+    said = tick.explain(tuple(tasks))
+    lines = [f"t = {tick.t:g} s", *_about_fading(tick), said.details() if details else str(said)]
+    if save is not None:
+        note = f"{place}, t = {tick.t:g} s"
+        save_problem(save, tick.hierarchy, words=tick.words, note=note)
+        lines.append(f"Written to {save}")
+    return lines
+
+
+def explain_file(
+    path: Path, tasks: Sequence[str] = (), *, details: bool = False, save: Path | None = None
+) -> list[str]:
+    """Return what to tell about a saved hierarchy, solved by the cascade.
+
+    Raises: InputError if the file holds none; NameNotFoundError for an unknown task.
+    """
+    problem = load_problem(path)
+    solution = make_solver("cascade").solve(problem.hierarchy)
+    said = explain(problem.hierarchy, solution.v, problem.words, tasks=tasks)
+    lines = [*filter(None, (problem.note,)), str(problem.hierarchy), solution.status.value]
+    lines.append(said.details() if details else str(said))
+    if save is not None:
+        save_problem(save, problem.hierarchy, words=problem.words, note=problem.note)
+        lines.append(f"Written to {save}")
+    return lines
+
+
+def _about_fading(tick: RebuiltTick) -> list[str]:
+    shares = ", ".join(f"{name} by {weight:.0%}" for name, weight in tick.fading.items())
+    return [f"Faded in now: {shares}. What follows is about all of them counting fully."] * bool(
+        tick.fading
+    )
+
+
+def _load_around(place: Path | str, t: float) -> Run:
+    """Return the ticks around `t`, without loading a long log whole."""
+    if not np.isfinite(t):
+        raise NonFiniteError("A time to explain is a finite number of seconds", given=t)
+    run = load_run(place, start=t - AROUND, stop=t + AROUND)
+    period = parse_scenario(run.scenario_text).control.period
+    if run.t.size and np.abs(run.t - t).min() <= 0.501 * period:
+        return run
+    whole = load_run(place)
+    if not whole.t.size:
+        raise RunLogError(f"The run in {whole.folder} has no tick to explain. {whole.note}".strip())
+    inside = whole.t[0] <= t <= whole.t[-1] + period
+    problem = "has no tick near" if inside else "does not reach to"
+    raise InputError(
+        f"The run {problem} t = {t:g} s. {whole.note}".strip(),
+        given=t,
+        remedy=f"Give a time from {whole.t[0]:g} to {whole.t[-1]:g} s",
+    )

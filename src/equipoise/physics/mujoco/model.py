@@ -1,0 +1,92 @@
+"""The MuJoCo model of a robot in its world, made from the same objects as every other engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+from equipoise.contacts import ContactStack
+from equipoise.kinematics import Kinematics
+from equipoise.physics.mujoco.conversion import StateConversion
+from equipoise.physics.mujoco.options import MujocoOptions
+from equipoise.physics.mujoco.pads import PadSensor, add_floor, add_pad_bodies, add_pads
+from equipoise.physics.mujoco.robot_model import add_link_shapes, add_robot
+from equipoise.physics.mujoco.things import Surroundings
+from equipoise.physics.mujoco.world_model import add_fixed, add_loose
+from equipoise.robots import Robot
+
+
+@dataclass(frozen=True)
+class MujocoModel:
+    """A compiled model, where our joints are in it, and the pads' sensors.
+
+    `xml` is the model as MJCF, to look at or to run elsewhere.
+    """
+
+    compiled: Any
+    conversion: StateConversion
+    sensors: tuple[PadSensor, ...]
+    spec: Any
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the robot's actuated joints, in the order of ours."""
+        model = self.compiled
+        names = {int(model.jnt_dofadr[j]): model.joint(j).name for j in range(model.njnt)}
+        return tuple(names[int(dof)] for dof in self.conversion.dof_joints)
+
+
+def build_model(
+    mujoco: ModuleType,
+    robot: Robot,
+    contacts: ContactStack,
+    start: Kinematics,
+    surroundings: Surroundings,
+    options: MujocoOptions,
+    step: float,
+    pushing: set[str],
+) -> MujocoModel:
+    """Return the model; `step` [s] is the physics step, `start` the kinematics of the first state.
+
+    Raises: `InputError` for what MuJoCo cannot be given.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = robot.name
+    _set_options(mujoco, spec, options, step)
+    bodies = add_robot(mujoco, spec, robot, options)
+    pads = add_pad_bodies(mujoco, spec, robot, bodies, contacts)
+    touchless = {robot.model.frames[frame_id].parentJoint for frame_id in pads}
+    add_link_shapes(mujoco, spec, robot, bodies, touchless)
+    add_pads(mujoco, spec, contacts, pads, pushing, start, options)
+    if surroundings.floor_height is not None:
+        add_floor(mujoco, spec.worldbody, surroundings.floor_height, options)
+    for body in surroundings.fixed:
+        add_fixed(mujoco, spec, body)
+    for thing in surroundings.loose:
+        add_loose(mujoco, spec, thing, pads, options)
+    compiled = spec.compile()
+    return MujocoModel(
+        compiled, _conversion(compiled, robot), tuple(PadSensor(f) for f in pads), spec
+    )
+
+
+def _set_options(mujoco: ModuleType, spec: Any, options: MujocoOptions, step: float) -> None:
+    spec.compiler.degree = False
+    spec.compiler.autolimits = False
+    spec.option.timestep = step
+    spec.option.gravity = list(options.gravity)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = 10.0
+    # Regularised friction creeps: a standing foot turned by 3 mrad in 3 s. This takes it out.
+    spec.option.noslip_iterations = 5
+    # MuJoCo 4.0.0 factorises sparse constraint Jacobians wrongly (mended in 4.0.1): stay dense.
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    # A reset would hide a divergence: we read the warnings instead.
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+
+
+def _conversion(compiled: Any, robot: Robot) -> StateConversion:
+    joints = [compiled.joint(name).id for name in robot.joint_names]
+    return StateConversion(compiled.jnt_qposadr[joints], compiled.jnt_dofadr[joints])

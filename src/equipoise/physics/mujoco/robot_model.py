@@ -1,0 +1,149 @@
+"""Writes a robot into a MuJoCo specification: bodies, joints, inertias, shapes."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from equipoise.physics.mujoco.conversion import quat_wxyz
+from equipoise.physics.mujoco.options import MujocoOptions
+from equipoise.robots import Robot
+from equipoise.spatial import Array
+
+BASE = "base"
+WORLD_BIT, OBJECT_BIT, LINK_BIT, SURFACE_BIT, BALL_BIT = 1, 2, 4, 8, 16
+
+
+def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOptions) -> list[Any]:
+    """Add the robot's tree; return MuJoCo's body of each Pinocchio joint, index 0 the world."""
+    model = robot.model
+    axes = joint_axes(robot)
+    bodies: list[Any] = [spec.worldbody]
+    for joint in range(1, model.njoints):
+        body = bodies[model.parents[joint]].add_body(name=_body_name(robot, joint))
+        place(body, model.jointPlacements[joint])
+        set_inertia(body, model.inertias[joint])
+        if joint == 1:
+            body.add_freejoint(name=BASE)
+        else:
+            _add_joint(mujoco, body, robot, joint, axes[joint], options)
+        bodies.append(body)
+    return bodies
+
+
+def _body_name(robot: Robot, joint: int) -> str:
+    return BASE if joint == 1 else f"after_{robot.model.names[joint]}"
+
+
+def joint_axes(robot: Robot) -> dict[int, Array]:
+    """Return by joint its motion subspace (6,): twist in joint axes at unit speed."""
+    model = robot.model
+    q, context = pin.neutral(model), model.createData()
+    pin.computeJointJacobians(model, context, q)
+    axes = {}
+    for joint in range(2, model.njoints):
+        J = pin.getJointJacobian(model, context, joint, pin.ReferenceFrame.LOCAL)
+        axes[joint] = J[:, model.idx_vs[joint]].copy()
+    return axes
+
+
+def _add_joint(
+    mujoco: ModuleType, body: Any, robot: Robot, joint: int, axis: Array, options: MujocoOptions
+) -> None:
+    turning = bool(np.abs(axis[3:]).max() > 0.5)
+    i = robot.model.idx_vs[joint] - 6
+    added = body.add_joint(
+        name=robot.model.names[joint],
+        type=mujoco.mjtJoint.mjJNT_HINGE if turning else mujoco.mjtJoint.mjJNT_SLIDE,
+        axis=axis[3:] if turning else axis[:3],
+        frictionloss=options.joint_friction,
+        armature=options.armature,
+    )
+    added.damping = _like(added.damping, options.joint_damping)
+    low, high = float(robot.q_min[i]), float(robot.q_max[i])
+    if np.isfinite(low) and np.isfinite(high) and high - low < 1e3:
+        added.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        added.range = [low, high]
+
+
+def _like(present: Any, value: float) -> Any:
+    """Return `value` in the form the library keeps it in: a number, or a polynomial's first."""
+    if np.ndim(present) == 0:
+        return value
+    coefficients = np.zeros(len(present))
+    coefficients[0] = value
+    return coefficients
+
+
+def place(thing: Any, T: pin.SE3) -> None:
+    """Put a body, geom or site at `T` in its parent."""
+    thing.pos = T.translation
+    thing.quat = quat_wxyz(T.rotation)
+
+
+def set_inertia(body: Any, inertia: pin.Inertia) -> None:
+    """Give a body its mass, centre of mass and principal inertia."""
+    moments, axes = np.linalg.eigh(inertia.inertia)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] = -axes[:, 0]
+    body.explicitinertial = True
+    body.mass = inertia.mass
+    body.ipos = inertia.lever
+    body.iquat = quat_wxyz(axes)
+    body.inertia = moments
+
+
+def add_link_shapes(
+    mujoco: ModuleType, spec: Any, robot: Robot, bodies: list[Any], touchless: set[int]
+) -> None:
+    """Add the collision shapes of the links; those of `touchless` joints are only seen."""
+    for k, shape in enumerate(robot.collision_model.geometryObjects):
+        geom = _shape(mujoco, spec, bodies[shape.parentJoint], f"link_{k}", shape)
+        if geom is None:
+            continue
+        place_after_mesh(geom, shape)
+        touches = shape.parentJoint not in touchless
+        geom.contype, geom.conaffinity = (LINK_BIT if touches else 0), 0
+        geom.rgba = [0.78, 0.8, 0.83, 1.0]
+        geom.mass = 0.0
+
+
+def place_after_mesh(geom: Any, shape: pin.GeometryObject) -> None:
+    """Put the geom where the shape is on its joint."""
+    place(geom, shape.placement)
+
+
+def _shape(
+    mujoco: ModuleType, spec: Any, body: Any, name: str, shape: pin.GeometryObject
+) -> Any | None:
+    kinds = mujoco.mjtGeom
+    geometry = shape.geometry
+    if isinstance(geometry, coal.Box):
+        size = geometry.halfSide
+        return body.add_geom(name=name, type=kinds.mjGEOM_BOX, size=size)
+    if isinstance(geometry, coal.Capsule):
+        size = [geometry.radius, geometry.halfLength, 0.0]
+        return body.add_geom(name=name, type=kinds.mjGEOM_CAPSULE, size=size)
+    if isinstance(geometry, coal.Cylinder):
+        size = [geometry.radius, geometry.halfLength, 0.0]
+        return body.add_geom(name=name, type=kinds.mjGEOM_CYLINDER, size=size)
+    if isinstance(geometry, coal.Sphere):
+        return body.add_geom(name=name, type=kinds.mjGEOM_SPHERE, size=[geometry.radius, 0.0, 0.0])
+    vertices = _vertices(geometry, shape)
+    if vertices is None or len(vertices) < 4:
+        return None
+    spec.add_mesh(name=name, uservert=vertices.ravel())
+    return body.add_geom(name=name, type=kinds.mjGEOM_MESH, meshname=name)
+
+
+def _vertices(geometry: Any, shape: pin.GeometryObject) -> Array | None:
+    """Return the vertices (k, 3) [m] of a mesh: MuJoCo takes their convex hull."""
+    if isinstance(geometry, coal.BVHModelBase):
+        return np.array(geometry.vertices())
+    if isinstance(geometry, coal.ConvexBase):
+        return np.array(geometry.points())
+    return None

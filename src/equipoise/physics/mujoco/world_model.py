@@ -1,0 +1,118 @@
+"""Writes fixed bodies and loose objects into a MuJoCo specification."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.errors import InputError
+from equipoise.physics.mujoco.conversion import quat_wxyz
+from equipoise.physics.mujoco.options import MujocoOptions
+from equipoise.physics.mujoco.pads import add_grip_plate
+from equipoise.physics.mujoco.robot_model import (
+    LINK_BIT,
+    OBJECT_BIT,
+    WORLD_BIT,
+    place,
+    set_inertia,
+)
+from equipoise.physics.mujoco.things import LooseObject
+from equipoise.world import Body, Shape
+
+
+def add_fixed(mujoco: ModuleType, spec: Any, body: Body) -> None:
+    """Add a body that never moves."""
+    for k, shape in enumerate(body.shapes):
+        geom = _add_shape(mujoco, spec.worldbody, f"{body.name}_{k}", shape)
+        place(geom, body.T_parent_body * shape.T_body_shape)
+        geom.contype, geom.conaffinity = WORLD_BIT, LINK_BIT | OBJECT_BIT
+
+
+def add_loose(
+    mujoco: ModuleType, spec: Any, thing: LooseObject, pads: dict[int, Any], options: MujocoOptions
+) -> None:
+    """Add a free body, and what holds it."""
+    if not thing.mass > 0.0:
+        raise InputError(f"the loose object {thing.name!r} needs a mass", given=thing.mass)
+    body = spec.worldbody.add_body(name=thing.name)
+    place(body, thing.T_world_start)
+    body.add_freejoint(name=thing.name)
+    set_inertia(body, inertia_of(thing))
+    for k, shape in enumerate(thing.body.shapes):
+        geom = _add_shape(mujoco, body, f"{thing.name}_{k}", shape)
+        place(geom, shape.T_body_shape)
+        geom.contype, geom.conaffinity = OBJECT_BIT, WORLD_BIT | OBJECT_BIT | LINK_BIT
+        geom.friction = [thing.friction, 0.0, 0.0]
+        geom.priority = 1
+    for frame_id, T_object_frame in thing.handles:
+        pad = pads[frame_id]
+        if thing.grip == "rigid":
+            _weld(mujoco, spec, thing, pad, T_object_frame, options)
+        else:
+            add_grip_plate(mujoco, pad, f"{thing.name}_{frame_id}", 0.0, options)
+
+
+def inertia_of(thing: LooseObject) -> pin.Inertia:
+    """Return mass and inertia of an object: its mass spread evenly over its shapes, plus loads."""
+    volumes = [_volume(shape) for shape in thing.body.shapes]
+    total = pin.Inertia.Zero()
+    for shape, volume in zip(thing.body.shapes, volumes, strict=True):
+        mass = thing.mass * volume / sum(volumes)
+        total += shape.T_body_shape.act(_solid(shape, mass))
+    for mass, point in thing.payloads:
+        total += pin.Inertia(mass, np.array(point), np.zeros((3, 3)))
+    return total
+
+
+def _volume(shape: Shape) -> float:
+    x, y, z = shape.size
+    factor = {"box": 1.0, "cylinder": np.pi / 4.0, "sphere": np.pi / 6.0}[shape.kind]
+    return float(factor * x * y * z)
+
+
+def _solid(shape: Shape, mass: float) -> pin.Inertia:
+    x, y, z = shape.size
+    if shape.kind == "box":
+        return pin.Inertia.FromBox(mass, x, y, z)
+    if shape.kind == "sphere":
+        return pin.Inertia.FromSphere(mass, x / 2.0)
+    return pin.Inertia.FromCylinder(mass, x / 2.0, z)
+
+
+def _add_shape(mujoco: ModuleType, body: Any, name: str, shape: Shape) -> Any:
+    kinds = mujoco.mjtGeom
+    x, y, z = shape.size
+    kind, size = {
+        "box": (kinds.mjGEOM_BOX, [x / 2.0, y / 2.0, z / 2.0]),
+        "sphere": (kinds.mjGEOM_SPHERE, [x / 2.0, 0.0, 0.0]),
+        "cylinder": (kinds.mjGEOM_CYLINDER, [x / 2.0, z / 2.0, 0.0]),
+    }[shape.kind]
+    return body.add_geom(name=name, type=kind, size=size, rgba=list(shape.rgba), mass=0.0)
+
+
+def _weld(
+    mujoco: ModuleType,
+    spec: Any,
+    thing: LooseObject,
+    pad: Any,
+    T_object_frame: pin.SE3,
+    options: MujocoOptions,
+) -> None:
+    """Weld a pad to an object; the two do not collide."""
+    weld = spec.add_equality(
+        name=f"{thing.name}_{pad.name}",
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        name1=thing.name,
+        name2=pad.name,
+    )
+    relative = np.zeros(11)  # anchor in the second body, pose of the second in the first, scale
+    relative[3:6] = T_object_frame.translation
+    relative[6:10] = quat_wxyz(T_object_frame.rotation)
+    relative[10] = 1.0
+    weld.solref = [options.contact_time, 1.0]
+    weld.data[: len(relative)] = relative
+    spec.add_exclude(bodyname1=thing.name, bodyname2=pad.name)

@@ -1,0 +1,74 @@
+"""How large a robot is: where its shoulders are, how far its arms reach, how deep it stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.errors import InputError
+from equipoise.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class Measures:
+    """A robot's proportions at half-sitting.
+
+    `p_world_shoulders` (3,) [m] is the middle between the shoulders, `reach` [m] the length of a
+    stretched arm from shoulder to palm, `stance` [m] the half depth of the support.
+    """
+
+    p_world_shoulders: np.ndarray
+    reach: float
+    stance: float
+
+
+def measure(robot: Robot) -> Measures:
+    """Return the proportions of a robot with two palms and at least one sole.
+
+    An arm is what leads to one palm and not to the other; its shoulder is its second joint, where
+    with humanoids the axes of the first three joints meet or nearly do.
+    Raises: InputError.
+    """
+    if len(robot.palms) != 2 or not robot.soles:
+        raise InputError(
+            f"Robot {robot.name} cannot be measured: it needs two palms and at least one sole",
+            given=f"{len(robot.palms)} palms, {len(robot.soles)} soles",
+            remedy="List them in the robot's YAML",
+        )
+    placements = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, placements, robot.q_half_sitting)
+    first, second = (_way_to(robot, palm.frame) for palm in robot.palms)
+    shoulders, lengths = [], []
+    for palm, arm in zip(
+        robot.palms, (_without(first, second), _without(second, first)), strict=True
+    ):
+        points = [placements.oMi[joint].translation.copy() for joint in arm[1:] or arm]
+        points.append(placements.oMf[robot.frame_id(palm.frame)].translation.copy())
+        shoulders.append(points[0])
+        lengths.append(sum(np.linalg.norm(b - a) for a, b in pairwise(points)))
+    corners = [
+        placements.oMf[robot.frame_id(sole.frame)].act(corner)[0]
+        for sole in robot.soles
+        for corner in sole.corners
+    ]
+    return Measures(
+        np.mean(shoulders, axis=0),
+        float(np.mean(lengths)),
+        float(max(corners) - min(corners)) / 2.0,
+    )
+
+
+def _way_to(robot: Robot, frame: str) -> list[int]:
+    """Return the joints from the base to a frame."""
+    joint = robot.model.frames[robot.frame_id(frame)].parentJoint
+    return list(robot.model.supports[joint])[1:]
+
+
+def _without(way: list[int], other: list[int]) -> list[int]:
+    arm = [joint for joint in way if joint not in other]
+    if not arm:
+        raise InputError("The two palms hang on the same arm", remedy="Correct the robot's YAML")
+    return arm

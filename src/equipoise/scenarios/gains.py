@@ -1,0 +1,34 @@
+"""The gains of a run: as the scenario writes them, or as the adviser wants them on a soft floor."""
+
+from __future__ import annotations
+
+from equipoise.control import ControlGains, GainAdvice, SignFunction, advise_for_soft_floor
+from equipoise.scenarios import schema
+
+
+def gains_of(scenario: schema.Scenario) -> schema.GainsSpec:
+    """Return the gains that the run uses."""
+    control = scenario.control
+    if scenario.physics.engine != "mujoco" or control.soft_floor_delay == 0.0:
+        return control.gains
+    soft = advise_for_soft_floor(control.soft_floor_delay, control.period, control.gains.k_ip)
+    layer = {"kind": "saturation", "layer": soft.layer}
+    return control.gains.model_copy(
+        update={
+            "kappa": soft.kappa,
+            "alpha": soft.alpha,
+            "sgn_p": schema.SignSpec(**layer),
+            "damp_violation": True,
+        }
+    )
+
+
+def to_control_gains(spec: schema.GainsSpec, advice: GainAdvice) -> ControlGains:
+    """Return the gains of the law with the adviser's `K_d`."""
+    values = spec.model_dump(exclude={"kappa", "sgn_p", "sgn_F"})
+    return ControlGains(
+        K_d=advice.K_d,
+        sgn_p=SignFunction(spec.sgn_p.kind, spec.sgn_p.layer),
+        sgn_F=SignFunction(spec.sgn_F.kind, spec.sgn_F.layer),
+        **values,
+    )

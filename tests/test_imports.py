@@ -13,22 +13,30 @@ import equipoise
 
 ROOT = Path(equipoise.__file__).parent
 
+KERNELS = {"compilation", "spatial_kernels", "kinematics_kernels"}
+KINEMATIC = {*KERNELS, "errors", "spatial", "robots", "kinematics"}
+
 # room: rooms it may import (itself is always allowed)
 BELOW = {
     "errors": set(),
+    "compilation": set(),
     "spatial": {"errors"},
+    "spatial_kernels": {"compilation"},
+    "live_views": {"errors", "spatial"},
+    "kinematics_kernels": {"compilation", "spatial_kernels"},
     "robots": {"errors", "spatial"},
-    "hqp": {"errors"},
+    "hqp": {"errors", "compilation"},
     "runlog": {"errors"},
-    "kinematics": {"errors", "spatial", "robots"},
+    "kinematics": {*KERNELS, "errors", "spatial", "robots", "live_views"},
     "coordinates": {"errors", "spatial"},
     "world": {"errors", "spatial", "robots", "kinematics"},
-    "distances": {"errors", "spatial", "robots", "kinematics", "world"},
-    "contacts": {"errors", "spatial", "robots", "kinematics"},
-    "tasks": {"errors", "spatial", "robots", "kinematics", "world", "distances", "contacts", "hqp"},
-    "motion": {"errors", "spatial", "robots", "kinematics", "hqp", "tasks"},
-    "control": {"errors", "spatial", "robots", "kinematics", "contacts"},
-    "physics": {"errors", "spatial", "robots", "kinematics", "contacts", "world"},
+    "distances": {*KINEMATIC, "live_views", "world", "distance_kernels"},
+    "distance_kernels": {"compilation", "kinematics_kernels"},
+    "contacts": KINEMATIC,
+    "tasks": {*KINEMATIC, "world", "distances", "distance_kernels", "contacts", "hqp"},
+    "motion": {*KINEMATIC, "hqp", "tasks"},
+    "control": {*KINEMATIC, "contacts"},
+    "physics": {*KINEMATIC, "contacts", "world"},
 }
 
 

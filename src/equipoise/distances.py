@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 
 import coal
 import numpy as np
 import pinocchio as pin
 
+from equipoise.distance_kernels import least_of_pairs, rates_of_distances
 from equipoise.kinematics import Kinematics
+from equipoise.live_views import distance_rows
 from equipoise.spatial import Array
 from equipoise.world import Pair, Scene
-
-_MIN_DISTANCE = attrgetter("min_distance")
 
 
 @dataclass(frozen=True)
@@ -45,11 +44,18 @@ class DistanceEvaluator:
                 for j in scene.shapes_of(pair.second):
                     self._geometry.addCollisionPair(pin.CollisionPair(i, j))
             self._bounds.append(len(self._geometry.collisionPairs))
-        self._count = self._bounds[-1]
-        self._starts = np.array(self._bounds[:-1], dtype=int)
-        self._of_shapes = np.full(self._count, np.inf)
+        self._starts = np.array(self._bounds, dtype=np.int64)
         self._geometry_data = self._geometry.createData()
-        self._joint_ids = np.array([self._joints(pair) for pair in self.pairs], dtype=int)
+        self._results = _live_results(scene, self._geometry, self._geometry_data)
+        self.nearest = np.zeros(len(self.pairs), dtype=np.int64)
+        self.distances = np.zeros(len(self.pairs))
+        self.joint_ids = np.array([self._joints(p) for p in self.pairs], dtype=np.int64)
+        self.joint_ids = self.joint_ids.reshape(-1, 2)
+
+    @property
+    def results(self) -> Array:
+        """Distance, normal and nearest points of each pair of shapes, see `distance_rows`."""
+        return self._results
 
     def _joints(self, pair: Pair) -> tuple[int, int]:
         objects = self.scene.geometry.geometryObjects
@@ -61,25 +67,38 @@ class DistanceEvaluator:
         """Return the distance [m] (len(pairs),) of every pair at the state of `kin`."""
         if not self.pairs:
             return np.zeros(0)
+        self.refresh(kin)
+        return self.distances.copy()
+
+    def refresh(self, kin: Kinematics) -> None:
+        """Write `distances` [m] of the pairs and the `nearest` shapes of each at that state."""
+        if not self.pairs:
+            return
         model, data = self.scene.robot.model, kin.pin_data
         pin.updateGeometryPlacements(model, data, self._geometry, self._geometry_data)
         pin.computeDistances(self._geometry, self._geometry_data)
-        of_shapes = np.fromiter(
-            map(_MIN_DISTANCE, self._geometry_data.distanceResults), float, self._count
-        )
-        distances = np.minimum.reduceat(of_shapes, self._starts)
-        self._of_shapes = of_shapes
-        return distances
+        least_of_pairs(self._results, self._starts, self.distances, self.nearest)
 
     def witness(self, pair: int) -> PairDistance:
         """Return points and normal of a pair (its index) at the last state given to `at`."""
-        start, stop = self._bounds[pair], self._bounds[pair + 1]
-        nearest = start + int(np.argmin(self._of_shapes[start:stop]))
-        return _witness(self._geometry_data.distanceResults[nearest])
+        row = self._results[self.nearest[pair]].copy()
+        return PairDistance(float(row[0]), row[4:7], row[7:], row[1:4])
 
     def jacobian(self, kin: Kinematics, pairs: Array) -> Array:
         """Return rows (k, nv): rates of the distances of chosen pairs (indices) at that state."""
-        return _rates(kin, [self.witness(pair) for pair in pairs], self._joint_ids[pairs])
+        live = kin.live
+        A = np.zeros((len(pairs), kin.robot.nv))
+        chosen = np.asarray(pairs, dtype=np.int64)
+        rates_of_distances(
+            live.columns,
+            live.carries,
+            self._results,
+            self.nearest[chosen],
+            self.joint_ids[chosen],
+            A,
+            0,
+        )
+        return A
 
 
 class EndDistances:
@@ -103,7 +122,9 @@ class EndDistances:
             self._add_rows(k, pair, first, second)
             self._add_rows(k, pair, second, first)
         self._data = self._geometry.createData()
-        self._joint_ids = np.array(self._joints, dtype=int).reshape(-1, 2)
+        self._results = _live_results(scene, self._geometry, self._data)
+        self._joint_ids = np.array(self._joints, dtype=np.int64).reshape(-1, 2)
+        self._choose(())
 
     def _add_rows(self, k: int, pair: Pair, ended: Sequence[int], others: Sequence[int]) -> None:
         shapes = self.scene.geometry.geometryObjects
@@ -146,36 +167,37 @@ class EndDistances:
 
         Returns: rows (k,), their distances [m] (k,) and the rates of those (k, nv) at `kin`.
         """
-        model, data = self.scene.robot.model, kin.pin_data
-        pin.updateGeometryPlacements(model, data, self._geometry, self._data)
-        geometry, results = self._geometry, self._data.distanceResults
-        rows, found = [], []
-        for pair, limit in zip(pairs.tolist(), within.tolist(), strict=True):
-            for row in self._rows_of[pair]:
-                pin.computeDistance(geometry, self._data, row)
-                if results[row].min_distance < limit:
-                    rows.append(row)
-                    found.append(_witness(results[row]))
-        kept = np.array(rows, dtype=int)
-        distances = np.array([w.distance for w in found])
-        return kept, distances, _rates(kin, found, self._joint_ids[kept])
+        chosen = tuple(pairs.tolist())
+        if chosen != self._chosen:
+            self._choose(chosen)
+        live, results, rows = kin.live, self._results, self._rows
+        pin.updateGeometryPlacements(
+            self.scene.robot.model, kin.pin_data, self._geometry, self._data
+        )
+        pin.computeDistances(self._geometry, self._data)
+        kept = rows[results[rows, 0] < within[self._place]]
+        A = np.zeros((len(kept), kin.robot.nv))
+        rates_of_distances(live.columns, live.carries, results, kept, self._joint_ids[kept], A, 0)
+        return kept, results[kept, 0], A
+
+    def _choose(self, pairs: tuple[int, ...]) -> None:
+        """Let Coal look at the ends of these pairs only, until others are chosen."""
+        self._chosen = pairs
+        owners = [(row, place) for place, pair in enumerate(pairs) for row in self._rows_of[pair]]
+        self._rows = np.array([row for row, _ in owners], dtype=np.int64)
+        self._place = np.array([place for _, place in owners], dtype=np.int64)
+        self._data.deactivateAllCollisionPairs()
+        for row, _ in owners:
+            self._data.activateCollisionPair(row)
 
 
-def _witness(result: coal.DistanceResult) -> PairDistance:
-    return PairDistance(
-        result.min_distance,
-        result.getNearestPoint1(),
-        result.getNearestPoint2(),
-        result.normal,
-    )
-
-
-def _rates(kin: Kinematics, found: Sequence[PairDistance], joint_ids: Array) -> Array:
-    """Return rows (k, nv): rates of the distances of the witnesses on bodies of `joint_ids`."""
-    if not found:
-        return np.zeros((0, kin.robot.nv))
-    normals = np.array([w.normal for w in found])
-    first = np.array([w.p_world_first for w in found])
-    second = np.array([w.p_world_second for w in found])
-    rates = kin.point_speed_rows(joint_ids[:, 1], second, normals)
-    return rates - kin.point_speed_rows(joint_ids[:, 0], first, normals)
+def _live_results(
+    scene: Scene, geometry: pin.GeometryModel, geometry_data: pin.GeometryData
+) -> Array:
+    """Return the live view of Coal's results, once they hold real numbers to check it with."""
+    model = scene.robot.model
+    data = model.createData()
+    pin.forwardKinematics(model, data, scene.robot.q_half_sitting)
+    pin.updateGeometryPlacements(model, data, geometry, geometry_data)
+    pin.computeDistances(geometry, geometry_data)
+    return distance_rows(geometry_data.distanceResults)

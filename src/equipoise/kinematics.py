@@ -6,24 +6,52 @@ is asked for: a controller that never asks is free of the dynamic model.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import EquipoiseError, NonFiniteError, ShapeError
+from equipoise.kinematics_kernels import (
+    frame_jacobian,
+    is_finite,
+    motion_of,
+    point_speed_rows,
+)
+from equipoise.live_views import motion_rows, pose_rows
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-
-_WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
 class StaleKinematicsError(EquipoiseError):
     """A `Kinematics` was read after its evaluator had moved on to another state."""
 
 
+@dataclass(frozen=True, slots=True)
+class LiveArrays:
+    """What kernels read of one robot's kinematics; everything but the last three changes with it.
+
+    `frames` (nframes, 12) and `joints` (njoints, 12) pose rows; `columns` (nv, 6) the world
+    Jacobian transposed; `velocities`, `accelerations` (njoints, 6) of joints in their own axes;
+    `com` (3,) and `com_rows` (3, nv) the centre of mass; `carries` (njoints, nv) is 1 where a
+    velocity moves the body of a joint; `joint_ids` and `joint_of` each frame's joint.
+    """
+
+    frames: Array
+    joints: Array
+    columns: Array
+    velocities: Array
+    accelerations: Array
+    com: Array
+    com_rows: Array
+    carries: Array
+    joint_ids: Array
+    joint_of: tuple[int, ...]
+
+
 class KinematicsEvaluator:
     """Computes `Kinematics`, reusing the buffers of one robot.
 
-    `carries` (njoints, nv) is 1 where a velocity moves the body of a joint, else 0.
     Only the newest `Kinematics` of an evaluator may be read; an older one raises
     `StaleKinematicsError` instead of answering for the wrong state.
     """
@@ -32,11 +60,20 @@ class KinematicsEvaluator:
         self.robot = robot
         self.pin_data = robot.model.createData()
         self.stamp = 0
-        self.carries = np.zeros((robot.model.njoints, robot.nv))
-        for joint_id in range(1, robot.model.njoints):
-            for ancestor in list(robot.model.supports[joint_id])[1:]:
-                joint = robot.model.joints[ancestor]
-                self.carries[joint_id, joint.idx_v : joint.idx_v + joint.nv] = 1.0
+        self.live = _live_arrays(robot, self.pin_data)
+        self._no_acceleration = np.zeros(robot.nv)
+
+    def compute(self, q: Array) -> None:
+        """Let Pinocchio fill its buffers at `q` (nq,)."""
+        pin.computeJointJacobians(self.robot.model, self.pin_data, q)
+        pin.updateFramePlacements(self.robot.model, self.pin_data)
+
+    def compute_drift(self, q: Array, v: Array) -> None:
+        """Let Pinocchio fill its velocities, and its accelerations at zero dv/dt."""
+        pin.forwardKinematics(self.robot.model, self.pin_data, q, v, self._no_acceleration)
+
+    def __deepcopy__(self, memo: object) -> KinematicsEvaluator:
+        return KinematicsEvaluator(self.robot)  # what looks into a buffer cannot be copied with it
 
     def at(self, q: Array, v: Array, t: float = 0.0) -> Kinematics:
         """Evaluate the kinematics at configuration `q` (nq,) and velocity `v` (nv,).
@@ -50,7 +87,8 @@ class KinematicsEvaluator:
             raise ShapeError("q", q.shape, (robot.nq,))
         if v.shape != (robot.nv,):
             raise ShapeError("v", v.shape, (robot.nv,))
-        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+        q, v = _frozen(q), _frozen(v)
+        if not is_finite(q, v):
             raise NonFiniteError("the state (q, v) holds a NaN or an infinity")
         self.stamp += 1
         return Kinematics(self, q, v, t)
@@ -63,34 +101,45 @@ class Kinematics:
         self._evaluator = evaluator
         self._stamp = evaluator.stamp
         self.robot = evaluator.robot
-        self.q = _frozen(q)
-        self.v = _frozen(v)
+        self.q, self.v = q, v  # read-only copies
         self.t = t
-        self._has_drift = False
+        self._has_drift = self._has_com = False
         self._com: tuple[Array, Array] | None = None
         self._jacobians: dict[int, Array] = {}
-        self._placements: dict[int, pin.SE3] = {}
-        model, data = self.robot.model, evaluator.pin_data
-        pin.computeJointJacobians(model, data, self.q)
-        pin.updateFramePlacements(model, data)
+        self._motions: dict[int, Array] = {}
+        evaluator.compute(self.q)
 
     @property
     def pin_data(self) -> pin.Data:
         """Pinocchio's buffers at this state; `oMi`, `oMf` and `J` are up to date."""
+        self._require_newest()
+        return self._evaluator.pin_data
+
+    @property
+    def live(self) -> LiveArrays:
+        """What kernels read: arrays that look into Pinocchio's buffers, of this state."""
+        self._require_newest()
+        return self._evaluator.live
+
+    @property
+    def live_with_drift(self) -> LiveArrays:
+        """The same with `velocities` and `accelerations` up to date."""
+        self._require_newest()
+        if not self._has_drift:
+            self._evaluator.compute_drift(self.q, self.v)
+            self._has_drift = True
+        return self._evaluator.live
+
+    def _require_newest(self) -> None:
         if self._stamp != self._evaluator.stamp:
             raise StaleKinematicsError(
                 "this Kinematics is older than its evaluator's newest one; keep what you need "
                 "from it, or use a KinematicsEvaluator of your own"
             )
-        return self._evaluator.pin_data
 
     def placement(self, frame_id: int) -> pin.SE3:
-        """Return `T_world_frame`; treat it as read-only."""
-        data = self.pin_data
-        T = self._placements.get(frame_id)
-        if T is None:
-            T = self._placements[frame_id] = data.oMf[frame_id].copy()
-        return T
+        """Return `T_world_frame`."""
+        return self.pin_data.oMf[frame_id].copy()
 
     def jacobian(self, frame_id: int) -> Array:
         """Return the Jacobian (6, nv) of a frame: velocity of its origin, then angular velocity.
@@ -99,7 +148,9 @@ class Kinematics:
         """
         J = self._jacobians.get(frame_id)
         if J is None:
-            J = pin.getFrameJacobian(self.robot.model, self.pin_data, frame_id, _WORLD_ALIGNED)
+            live = self.live
+            carried = live.carries[live.joint_of[frame_id]]
+            J = frame_jacobian(live.columns, carried, live.frames[frame_id])
             J.flags.writeable = False
             self._jacobians[frame_id] = J
         return J
@@ -108,24 +159,31 @@ class Kinematics:
         """Return rows (k, nv) that give the speed along `directions` (k, 3) of body points.
 
         Point i moves with joint `joint_ids[i]` (0: the world) and now lies at `p_world[i]` [m].
-        All rows come from the one world Jacobian: a column acts where its joint carries the body.
         """
-        lines = np.hstack((directions, _cross(p_world, directions)))
-        return (lines @ self.pin_data.J) * self._evaluator.carries[joint_ids]
+        live = self.live
+        return point_speed_rows(live.columns, live.carries, joint_ids, p_world, directions)
 
     def twist(self, frame_id: int) -> Array:
         """Return (6,): velocity of the origin [m/s] and angular velocity [rad/s], world axes."""
-        return self.jacobian(frame_id) @ self.v
+        return self._motion(frame_id)[0]
 
     def drift(self, frame_id: int) -> Array:
         """Return `dJ/dt v` (6,) of `jacobian(frame_id)`: its acceleration at zero `dv/dt`."""
-        data = self.pin_data
-        if not self._has_drift:
-            pin.forwardKinematics(self.robot.model, data, self.q, self.v, np.zeros(self.robot.nv))
-            self._has_drift = True
-        return pin.getFrameClassicalAcceleration(
-            self.robot.model, data, frame_id, _WORLD_ALIGNED
-        ).vector
+        return self._motion(frame_id)[1]
+
+    def _motion(self, frame_id: int) -> Array:
+        live = self.live_with_drift
+        motion = self._motions.get(frame_id)
+        if motion is None:
+            joint = live.joint_of[frame_id]
+            motion = motion_of(
+                live.joints[joint],
+                live.velocities[joint],
+                live.accelerations[joint],
+                live.frames[frame_id],
+            )
+            self._motions[frame_id] = motion
+        return motion
 
     @property
     def p_world_com(self) -> Array:
@@ -139,22 +197,48 @@ class Kinematics:
 
     def _centre_of_mass(self) -> tuple[Array, Array]:
         if self._com is None:
-            data = self.pin_data
-            J_com = pin.jacobianCenterOfMass(self.robot.model, data, self.q).copy()
-            self._com = (_frozen(data.com[0]), _frozen(J_com))
+            live = self.live_with_com
+            self._com = (_frozen(live.com), _frozen(live.com_rows))
         return self._com
+
+    @property
+    def live_with_com(self) -> LiveArrays:
+        """The live arrays with `com` and `com_rows` up to date."""
+        live = self.live
+        if not self._has_com:
+            pin.jacobianCenterOfMass(self.robot.model, self._evaluator.pin_data)
+            self._has_com = True
+        return live
 
 
 def _frozen(array: Array) -> Array:
-    copy = np.array(array, dtype=float)
-    copy.flags.writeable = False
+    copy = array.astype(float)
+    copy.setflags(write=False)
     return copy
 
 
-def _cross(a: Array, b: Array) -> Array:
-    """Return the cross products (k, 3) of rows; `numpy.cross` costs ten times as much here."""
-    product = np.empty_like(b)
-    product[:, 0] = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
-    product[:, 1] = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
-    product[:, 2] = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return product
+def _live_arrays(robot: Robot, pin_data: pin.Data) -> LiveArrays:
+    model = robot.model
+    q = robot.q_half_sitting
+    pin.forwardKinematics(model, pin_data, q, np.ones(robot.nv), np.ones(robot.nv))
+    pin.computeJointJacobians(model, pin_data, q)
+    pin.updateFramePlacements(model, pin_data)
+    pin.jacobianCenterOfMass(model, pin_data)
+    carries = np.zeros((model.njoints, robot.nv))
+    for joint_id in range(1, model.njoints):
+        for ancestor in list(model.supports[joint_id])[1:]:
+            joint = model.joints[ancestor]
+            carries[joint_id, joint.idx_v : joint.idx_v + joint.nv] = 1.0
+    joint_of = tuple(int(frame.parentJoint) for frame in model.frames)
+    return LiveArrays(
+        frames=pose_rows(pin_data.oMf),
+        joints=pose_rows(pin_data.oMi),
+        columns=pin_data.J.T,
+        velocities=motion_rows(pin_data.v),
+        accelerations=motion_rows(pin_data.a),
+        com=pin_data.com[0],
+        com_rows=pin_data.Jcom,
+        carries=carries,
+        joint_ids=np.array(joint_of, dtype=np.int64),
+        joint_of=joint_of,
+    )

@@ -22,6 +22,11 @@ def pose(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> pin.SE
     return pin.SE3(pin.rpy.rpyToMatrix(*map(float, rpy)), np.asarray(xyz, dtype=float))
 
 
+def pose_row(T: pin.SE3) -> Array:
+    """Return a pose as kernels read it (12,): rotation column by column, then translation."""
+    return np.concatenate((T.rotation.T.ravel(), T.translation))
+
+
 def skew(p: Array) -> Array:
     """Return [p x], the (3, 3) matrix with [p x] y = p x y."""
     return pin.skew(p)

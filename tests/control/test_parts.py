@@ -54,7 +54,7 @@ def test_force_manifold_is_23_with_a_running_integral(rng):
         dlam = rng.normal(size=2)
         total = total + dt * np.tanh((s_F - s_dF) / 0.2)
         s_F = s_F + dt * dlam
-        manifold.integrate(dt, dlam, held=False)
+        manifold.integrate(dt, dlam)
 
 
 def test_posture_integral_is_bounded_and_held():

@@ -20,7 +20,7 @@ def running_manifold(rng) -> tuple[ForceManifold, np.ndarray]:
     dlam = rng.normal(size=2)
     for k in range(20):
         manifold.update(k * 1e-3)
-        manifold.integrate(1e-3, dlam, held=False)
+        manifold.integrate(1e-3, dlam)
     manifold.update(20e-3)
     return manifold, dlam
 
@@ -52,7 +52,7 @@ def test_24_only_then_the_force_follows_its_closed_form(printed):
         s_dF_term = manifold.rate_of_s_dF if printed else -manifold.rate_of_s_dF
         dlam = -(s_dF_term + ETA * s_rF)
         worst = max(worst, float(np.abs(dlam - force_error(k * dt, 1.0, 5.0)).max()))
-        manifold.integrate(dt, dlam, held=False)
+        manifold.integrate(dt, dlam)
     assert (worst < 0.01 * 5.0) is not printed
 
 
@@ -101,7 +101,7 @@ def test_23_never_has_a_start_to_forget_as_printed():
     manifold.start(1.0)
     for k in range(5):
         manifold.update(1.0 + k * 0.1)
-        manifold.integrate(0.1, np.array([7.0]), held=False)
+        manifold.integrate(0.1, np.array([7.0]))
         assert manifold.rate_of_s_dF[0] == 0.0
     assert manifold.s_F[0] == pytest.approx(3.5)
 

@@ -1,6 +1,6 @@
 """Contacts as holonomic constraints: kinds, their stack, support polygon, possible reactions."""
 
-from equipoise.contacts.base import Contact
+from equipoise.contacts.base import CompiledContact, Contact
 from equipoise.contacts.grasp import GraspContact
 from equipoise.contacts.moving import (
     MotionSample,
@@ -9,17 +9,21 @@ from equipoise.contacts.moving import (
     SurfaceMotion,
 )
 from equipoise.contacts.point import PointContact
-from equipoise.contacts.reaction import ReactionMargins, reaction_margins
+from equipoise.contacts.reaction import ReactionMargins, margins_of, outline, reaction_margins
+from equipoise.contacts.rows import ContactRows
 from equipoise.contacts.schedule import ContactSchedule
 from equipoise.contacts.sole import SoleContact
-from equipoise.contacts.stack import ContactStack, StackedContacts
+from equipoise.contacts.stack import ContactStack, Factor, StackedContacts
 from equipoise.contacts.support import SupportPolygon
 from equipoise.contacts.surface import SurfaceContact
 
 __all__ = [
+    "CompiledContact",
     "Contact",
+    "ContactRows",
     "ContactSchedule",
     "ContactStack",
+    "Factor",
     "GraspContact",
     "MotionSample",
     "MovingSurfaceContact",
@@ -31,5 +35,7 @@ __all__ = [
     "SupportPolygon",
     "SurfaceContact",
     "SurfaceMotion",
+    "margins_of",
+    "outline",
     "reaction_margins",
 ]

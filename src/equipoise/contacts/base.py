@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from equipoise.contacts.rows import ContactRows
 from equipoise.errors import NameNotFoundError
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
@@ -60,18 +61,72 @@ class Contact(ABC):
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (k,), with `d phi / dt = J v - rate` where `phi` is small."""
 
-    def normal_force(self, lam: Array) -> float:
-        """Return the compression [N] in a multiplier `lam` (k,) of this contact."""
-        return 0.0
+    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
+        """Write this contact's rows from row `at` on; its drift only if asked for."""
+        here = slice(at, at + self.size)
+        rows.J[here] = self.jacobian(kin)
+        rows.rate[here] = self.rate(kin)
+        rows.residual[here] = self.residual(kin)
+        if drift:
+            rows.drift[here] = self.drift(kin)
 
-    def reaction_costs(self, load: float) -> Array:
-        """Return what a unit of each row's multiplier costs (k,) when the base is carried.
+    @property
+    def normal_row(self) -> int | None:
+        """Number of the row whose multiplier is the compression [N], if there is one."""
+        return None
 
-        `load` > 0 is the contact's normal force as a share of the mean of all that support.
+    def reaction_costs(self) -> tuple[Array, Array]:
+        """Return what a unit of each row's multiplier costs when the base is carried.
+
+        Two arrays (k,): a constant part, and one that is divided by the contact's load, its normal
+        force as a share of the mean of all that support.
         """
-        return np.ones(self.size)
+        return np.ones(self.size), np.zeros(self.size)
 
     @property
     def size(self) -> int:
         """Number of rows."""
         return len(self.labels)
+
+
+class CompiledContact(Contact):
+    """A contact whose rows come from a kernel, together with those of others (`ContactProgram`).
+
+    It says which `kernel`, of which two `frames` (the same twice where it has only one), and what
+    it keeps, twelve numbers `kept` as a rule a pose row. It does not move by itself.
+    """
+
+    kernel: str
+
+    @property
+    @abstractmethod
+    def frames(self) -> tuple[int, int]:
+        """Ids of the frames that are held."""
+
+    @property
+    @abstractmethod
+    def kept(self) -> Array:
+        """What is kept (12,)."""
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """Return `J` (k, nv)."""
+        return self._alone(kin).J
+
+    def residual(self, kin: Kinematics) -> Array:
+        """Return `phi` (k,)."""
+        return self._alone(kin).residual
+
+    def drift(self, kin: Kinematics) -> Array:
+        """Return `dJ/dt v` (k,)."""
+        return self._alone(kin, drift=True).drift
+
+    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
+        """Write this contact's rows from row `at` on; its drift only if asked for."""
+        from equipoise.contacts.program import ContactProgram  # it knows all kinds of contacts
+
+        ContactProgram([self], [at]).fill(kin, rows, drift=drift)
+
+    def _alone(self, kin: Kinematics, drift: bool = False) -> ContactRows:
+        rows = ContactRows.of_size(self.size, kin.robot.nv)
+        self.fill(kin, rows, 0, drift=drift)
+        return rows

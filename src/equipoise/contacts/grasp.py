@@ -7,13 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, Contact
-from equipoise.kinematics import Kinematics
-from equipoise.spatial import Array, skew
+from equipoise.compilation import compiled
+from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
+from equipoise.kinematics_kernels import frame_motion
+from equipoise.spatial import Array, pose_row
+from equipoise.spatial_kernels import crossed, rotation_difference, turned_back
 
 
 @dataclass(frozen=True, kw_only=True)
-class GraspContact(Contact):
+class GraspContact(CompiledContact):
     """The pose of frame b relative to frame a stays at `T_a_b`.
 
     Rows and wrench are written in the axes of a, at the origin of b: `lam` is the wrench the
@@ -35,37 +37,91 @@ class GraspContact(Contact):
         """Unit of each row's multiplier."""
         return WRENCH_UNITS
 
-    def jacobian(self, kin: Kinematics) -> Array:
-        """Return `J` (6, nv): twist of b as seen from a."""
-        R_a, lever = self._axes_and_lever(kin)
-        turn_b = np.zeros((6, 6))
-        turn_b[:3, :3] = turn_b[3:, 3:] = R_a.T
-        turn_a = -turn_b
-        turn_a[:3, 3:] = R_a.T @ skew(lever)
-        return turn_a @ kin.jacobian(self.frame_a) + turn_b @ kin.jacobian(self.frame_b)
+    kernel = "grasp"
 
-    def drift(self, kin: Kinematics) -> Array:
-        """Return `dJ/dt v` (6,): the relative acceleration at zero `dv/dt`, seen from turning a."""
-        twist_a, twist_b = kin.twist(self.frame_a), kin.twist(self.frame_b)
-        bias_a, bias_b = kin.drift(self.frame_a), kin.drift(self.frame_b)
-        R_a, lever = self._axes_and_lever(kin)
-        omega_a = twist_a[3:]
-        difference = twist_b - twist_a
-        turning = skew(omega_a)
-        seen = difference[:3] - turning @ lever
-        linear = bias_b[:3] - bias_a[:3] + skew(lever) @ bias_a[3:]
-        linear -= turning @ (difference[:3] + seen)
-        angular = bias_b[3:] - bias_a[3:] - turning @ difference[3:]
-        return np.concatenate((R_a.T @ linear, R_a.T @ angular))
+    @property
+    def frames(self) -> tuple[int, int]:
+        """Frames a and b."""
+        return self.frame_a, self.frame_b
 
-    def residual(self, kin: Kinematics) -> Array:
-        """Return `phi` (6,): shift [m] and rotation vector [rad] of b from its place in a."""
-        T_a_b = kin.placement(self.frame_a).actInv(kin.placement(self.frame_b))
-        phi = np.empty(6)
-        phi[:3] = T_a_b.translation - self.T_a_b.translation
-        phi[3:] = pin.log3(T_a_b.rotation @ self.T_a_b.rotation.T)
-        return phi
+    @property
+    def kept(self) -> Array:
+        """The pose of b in a as a row (12,)."""
+        return pose_row(self.T_a_b)
 
-    def _axes_and_lever(self, kin: Kinematics) -> tuple[Array, Array]:
-        T_world_a, T_world_b = kin.placement(self.frame_a), kin.placement(self.frame_b)
-        return T_world_a.rotation, T_world_b.translation - T_world_a.translation
+
+@compiled
+def grasp_rows(
+    columns: np.ndarray,
+    carried_a: np.ndarray,
+    carried_b: np.ndarray,
+    T_a: np.ndarray,
+    T_b: np.ndarray,
+    held: np.ndarray,
+    J: np.ndarray,
+    residual: np.ndarray,
+    at: int,
+) -> None:
+    """Write the twist of b as seen from a, and how far b is from its place `held` in a.
+
+    Both bodies are looked at in the origin of b, so that what moves both of them drops out.
+    """
+    px, py, pz = T_b[9], T_b[10], T_b[11]
+    for c in range(columns.shape[0]):
+        sign = carried_b[c] - carried_a[c]
+        if sign == 0.0:
+            for i in range(6):
+                J[at + i, c] = 0.0
+            continue
+        wx, wy, wz = sign * columns[c, 3], sign * columns[c, 4], sign * columns[c, 5]
+        lx, ly, lz = crossed(wx, wy, wz, px, py, pz)
+        lx, ly, lz = (
+            lx + sign * columns[c, 0],
+            ly + sign * columns[c, 1],
+            lz + sign * columns[c, 2],
+        )
+        J[at, c], J[at + 1, c], J[at + 2, c] = turned_back(T_a, lx, ly, lz)
+        J[at + 3, c], J[at + 4, c], J[at + 5, c] = turned_back(T_a, wx, wy, wz)
+    x, y, z = turned_back(T_a, px - T_a[9], py - T_a[10], pz - T_a[11])
+    residual[at], residual[at + 1], residual[at + 2] = x - held[9], y - held[10], z - held[11]
+    seen = np.empty(12)  # the pose of b in a
+    for k in range(3):
+        x, y, z = turned_back(T_a, T_b[3 * k], T_b[3 * k + 1], T_b[3 * k + 2])
+        seen[3 * k], seen[3 * k + 1], seen[3 * k + 2] = x, y, z
+    x, y, z = rotation_difference(seen, held)
+    residual[at + 3], residual[at + 4], residual[at + 5] = x, y, z
+
+
+@compiled
+def grasp_drift(
+    joints: np.ndarray,
+    velocities: np.ndarray,
+    accelerations: np.ndarray,
+    a: int,
+    b: int,
+    T_a: np.ndarray,
+    T_b: np.ndarray,
+    drift: np.ndarray,
+    at: int,
+) -> None:
+    """Write `dJ/dt v`: the relative acceleration at zero `dv/dt`, seen from the turning a.
+
+    In axes that turn with omega, `x_seen'' = x'' - 2 omega x x_seen' - omega x (omega x x) -
+    omega' x x`; the accelerations of a and b give the first and the last.
+    """
+    of_a, of_b = np.empty((2, 6)), np.empty((2, 6))
+    frame_motion(joints[a], velocities[a], accelerations[a], T_a, of_a)
+    frame_motion(joints[b], velocities[b], accelerations[b], T_b, of_b)
+    v, bias = of_b[0] - of_a[0], of_b[1] - of_a[1]
+    wx, wy, wz = of_a[0, 3], of_a[0, 4], of_a[0, 5]
+    rx, ry, rz = T_b[9] - T_a[9], T_b[10] - T_a[10], T_b[11] - T_a[11]
+    cx, cy, cz = crossed(wx, wy, wz, rx, ry, rz)
+    # velocity as seen, and once more as it is: together the two middle terms
+    sx, sy, sz = 2.0 * v[0] - cx, 2.0 * v[1] - cy, 2.0 * v[2] - cz
+    cx, cy, cz = crossed(wx, wy, wz, sx, sy, sz)
+    ex, ey, ez = crossed(of_a[1, 3], of_a[1, 4], of_a[1, 5], rx, ry, rz)
+    x, y, z = turned_back(T_a, bias[0] - ex - cx, bias[1] - ey - cy, bias[2] - ez - cz)
+    drift[at], drift[at + 1], drift[at + 2] = x, y, z
+    cx, cy, cz = crossed(wx, wy, wz, v[3], v[4], v[5])
+    x, y, z = turned_back(T_a, bias[3] - cx, bias[4] - cy, bias[5] - cz)
+    drift[at + 3], drift[at + 4], drift[at + 5] = x, y, z

@@ -6,21 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, Contact
-from equipoise.contacts.body_point import (
-    ORIGIN,
-    point_drift,
-    point_jacobian,
-    point_position,
-    require_offset,
-)
+from equipoise.compilation import compiled
+from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
+from equipoise.contacts.body_point import ORIGIN, require_offset
 from equipoise.errors import ShapeError
-from equipoise.kinematics import Kinematics
+from equipoise.kinematics_kernels import frame_motion
 from equipoise.spatial import Array
+from equipoise.spatial_kernels import crossed, turned
 
 
 @dataclass(frozen=True, kw_only=True)
-class PointContact(Contact):
+class PointContact(CompiledContact):
     """The point `offset` [m] of frame `frame_id` stays at `p_world` (3,) [m].
 
     Rows and force are in world axes; the frame may turn about the point.
@@ -46,14 +42,53 @@ class PointContact(Contact):
         """Unit of each row's multiplier."""
         return WRENCH_UNITS[:3]
 
-    def jacobian(self, kin: Kinematics) -> Array:
-        """Return `J` (3, nv)."""
-        return point_jacobian(kin, self.frame_id, self.offset)
+    kernel = "point"
 
-    def drift(self, kin: Kinematics) -> Array:
-        """Return `dJ/dt v` (3,)."""
-        return point_drift(kin, self.frame_id, self.offset)
+    @property
+    def frames(self) -> tuple[int, int]:
+        """The frame of the point, twice."""
+        return self.frame_id, self.frame_id
 
-    def residual(self, kin: Kinematics) -> Array:
-        """Return `phi` (3,) [m]: where the point is, from where it should be."""
-        return point_position(kin, self.frame_id, self.offset) - self.p_world
+    @property
+    def kept(self) -> Array:
+        """The offset and where it stays, filled up to (12,)."""
+        return np.concatenate((self.offset, self.p_world, np.zeros(6)))
+
+
+@compiled
+def point_rows(
+    columns: np.ndarray,
+    carried: np.ndarray,
+    T: np.ndarray,
+    kept: np.ndarray,
+    J: np.ndarray,
+    residual: np.ndarray,
+    at: int,
+) -> None:
+    """Write the velocity of a point of a frame at T, and how far it is from its place."""
+    rx, ry, rz = turned(T, kept[0], kept[1], kept[2])
+    px, py, pz = T[9] + rx, T[10] + ry, T[11] + rz
+    for c in range(columns.shape[0]):
+        x, y, z = crossed(columns[c, 3], columns[c, 4], columns[c, 5], px, py, pz)
+        J[at, c] = carried[c] * (columns[c, 0] + x)
+        J[at + 1, c] = carried[c] * (columns[c, 1] + y)
+        J[at + 2, c] = carried[c] * (columns[c, 2] + z)
+    residual[at], residual[at + 1], residual[at + 2] = px - kept[3], py - kept[4], pz - kept[5]
+
+
+@compiled
+def point_drift_rows(
+    joint: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    T: np.ndarray,
+    kept: np.ndarray,
+    drift: np.ndarray,
+    at: int,
+) -> None:
+    """Write `dJ/dt v`: the acceleration of the point at zero `dv/dt`."""
+    there, motion = T.copy(), np.empty((2, 6))
+    rx, ry, rz = turned(T, kept[0], kept[1], kept[2])
+    there[9], there[10], there[11] = T[9] + rx, T[10] + ry, T[11] + rz
+    frame_motion(joint, velocity, acceleration, there, motion)
+    drift[at], drift[at + 1], drift[at + 2] = motion[1, 0], motion[1, 1], motion[1, 2]

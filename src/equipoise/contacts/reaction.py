@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from equipoise.compilation import entrance
 from equipoise.robots import Sole
 from equipoise.spatial import Array
 
@@ -47,9 +48,21 @@ def reaction_margins(lam: Array, sole: Sole, friction: float) -> ReactionMargins
     The yaw bound is that of a rectangle pressed on a plane with a linearised friction cone (the
     wrench cone of Caron, Pham and Nakamura 2015), written at the centre of the rectangle.
     """
-    half_x, half_y = (sole.x_max - sole.x_min) / 2.0, (sole.y_max - sole.y_min) / 2.0
-    centre_x, centre_y = (sole.x_max + sole.x_min) / 2.0, (sole.y_max + sole.y_min) / 2.0
-    fx, fy, fz, mx, my, mz = (float(x) for x in lam)
+    return ReactionMargins(*margins_of(np.array(lam, dtype=float), outline(sole, friction)))
+
+
+def outline(sole: Sole, friction: float) -> Array:
+    """Return what `margins_of` needs of a sole (5,): half lengths, centre, friction."""
+    half = (sole.x_max - sole.x_min) / 2.0, (sole.y_max - sole.y_min) / 2.0
+    centre = (sole.x_max + sole.x_min) / 2.0, (sole.y_max + sole.y_min) / 2.0
+    return np.array([*half, *centre, friction])
+
+
+@entrance
+def margins_of(lam: np.ndarray, outline: np.ndarray) -> np.ndarray:
+    """Return normal, friction, pressure and yaw margin (4,) of a wrench (6,)."""
+    half_x, half_y, centre_x, centre_y, friction = outline
+    fx, fy, fz, mx, my, mz = lam
     mx_c = mx - centre_y * fz
     my_c = my + centre_x * fz
     mz_c = mz - (centre_x * fy - centre_y * fx)
@@ -57,9 +70,11 @@ def reaction_margins(lam: Array, sole: Sole, friction: float) -> ReactionMargins
     reach = friction * (half_x + half_y) * fz
     yaw_max = reach - abs(half_y * fx + friction * mx_c) - abs(half_x * fy + friction * my_c)
     yaw_min = -reach + abs(half_y * fx - friction * mx_c) + abs(half_x * fy - friction * my_c)
-    return ReactionMargins(
-        normal=fz,
-        friction=friction * fz - float(np.hypot(fx, fy)),
-        pressure=float(pressure),
-        yaw=min(yaw_max - mz_c, mz_c - yaw_min),
+    return np.array(
+        [
+            fz,
+            friction * fz - np.sqrt(fx * fx + fy * fy),
+            pressure,
+            min(yaw_max - mz_c, mz_c - yaw_min),
+        ]
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -18,7 +19,7 @@ class ContactSchedule:
     ) -> None:
         changes = sorted({t for window in windows.values() for t in window if np.isfinite(t)})
         self.contacts = tuple(contacts)
-        self._starts = np.array([-np.inf, *changes])
+        self._starts = [-np.inf, *changes]
         self._stacks: list[ContactStack] = []
         for start in self._starts:
             held = [c for c in contacts if _holds(windows.get(c.name), start)]
@@ -31,7 +32,7 @@ class ContactSchedule:
 
     def at(self, t: float) -> ContactStack:
         """Return the stack that holds at time `t` [s]; the same object between two changes."""
-        return self._stacks[int(np.searchsorted(self._starts, t, side="right")) - 1]
+        return self._stacks[bisect_right(self._starts, t) - 1]
 
 
 def _holds(window: tuple[float, float] | None, start: float) -> bool:

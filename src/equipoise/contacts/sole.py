@@ -7,14 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, Contact
-from equipoise.kinematics import Kinematics
+from equipoise.compilation import compiled
+from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
+from equipoise.kinematics_kernels import frame_motion
 from equipoise.robots import Sole
-from equipoise.spatial import Array, pose_error
+from equipoise.spatial import Array, pose_row
+from equipoise.spatial_kernels import crossed, rotation_difference, turned_back
 
 
 @dataclass(frozen=True, kw_only=True)
-class SoleContact(Contact):
+class SoleContact(CompiledContact):
     """The frame `frame_id` stays at `T_world_anchor`.
 
     Rows and wrench are written in the axes of the anchor, at the origin of the frame: with z up,
@@ -36,24 +38,22 @@ class SoleContact(Contact):
         """Unit of each row's multiplier."""
         return WRENCH_UNITS
 
-    def jacobian(self, kin: Kinematics) -> Array:
-        """Return `J` (6, nv)."""
-        return self._to_anchor(kin.jacobian(self.frame_id))
+    kernel = "sole"
 
-    def drift(self, kin: Kinematics) -> Array:
-        """Return `dJ/dt v` (6,)."""
-        return self._to_anchor(kin.drift(self.frame_id))
+    @property
+    def frames(self) -> tuple[int, int]:
+        """The frame of the sole, twice."""
+        return self.frame_id, self.frame_id
 
-    def residual(self, kin: Kinematics) -> Array:
-        """Return `phi` (6,): position [m] and rotation vector [rad] relative to the anchor."""
-        return -self._to_anchor(pose_error(self.T_world_anchor, kin.placement(self.frame_id)))
+    @property
+    def kept(self) -> Array:
+        """The anchor as a pose row (12,)."""
+        return pose_row(self.T_world_anchor)
 
-    def normal_force(self, lam: Array) -> float:
-        """Return the compression [N] in a multiplier `lam` (6,)."""
-        return float(lam[2])
+    normal_row = 2
 
-    def reaction_costs(self, load: float) -> Array:
-        """Return the cost (6,) of each component: what it uses up of cone and sole.
+    def reaction_costs(self) -> tuple[Array, Array]:
+        """Return the cost of each component: what it uses up of cone and sole.
 
         A tangential force counts by the normal force that its friction needs, a moment by the
         normal force that the lever of the sole needs, a yaw moment by both, all relative to the
@@ -62,16 +62,53 @@ class SoleContact(Contact):
         """
         half_x = 0.5 * (self.sole.x_max - self.sole.x_min)
         half_y = 0.5 * (self.sole.y_max - self.sole.y_min)
-        tangential = 1.0 / (load * self.friction)
+        tangential = 1.0 / self.friction
         yaw = tangential / (half_x + half_y)
-        pitch, roll = 1.0 / (load * half_x), 1.0 / (load * half_y)
-        return np.array([tangential, tangential, 0.3, roll, pitch, yaw])
+        over_load = np.array([tangential, tangential, 0.0, 1.0 / half_y, 1.0 / half_x, yaw])
+        return np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0]), over_load
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        turn = np.kron(np.eye(2), self.T_world_anchor.rotation.T)
-        object.__setattr__(self, "_turn", turn)
 
-    def _to_anchor(self, world: Array) -> Array:
-        """Turn the two halves of `world` (6,) or (6, k) into the axes of the anchor."""
-        return self._turn @ world
+@compiled
+def sole_rows(
+    columns: np.ndarray,
+    carried: np.ndarray,
+    T: np.ndarray,
+    anchor: np.ndarray,
+    J: np.ndarray,
+    residual: np.ndarray,
+    at: int,
+) -> None:
+    """Write the rows of a frame at T and how far it is from its anchor, in axes of the anchor."""
+    px, py, pz = T[9], T[10], T[11]
+    for c in range(columns.shape[0]):
+        if carried[c]:
+            wx, wy, wz = columns[c, 3], columns[c, 4], columns[c, 5]
+            lx, ly, lz = crossed(wx, wy, wz, px, py, pz)
+            lx, ly, lz = lx + columns[c, 0], ly + columns[c, 1], lz + columns[c, 2]
+            J[at, c], J[at + 1, c], J[at + 2, c] = turned_back(anchor, lx, ly, lz)
+            J[at + 3, c], J[at + 4, c], J[at + 5, c] = turned_back(anchor, wx, wy, wz)
+        else:
+            for i in range(6):
+                J[at + i, c] = 0.0
+    dx, dy, dz = px - anchor[9], py - anchor[10], pz - anchor[11]
+    residual[at], residual[at + 1], residual[at + 2] = turned_back(anchor, dx, dy, dz)
+    rx, ry, rz = rotation_difference(T, anchor)
+    residual[at + 3], residual[at + 4], residual[at + 5] = turned_back(anchor, rx, ry, rz)
+
+
+@compiled
+def sole_drift(
+    joint: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    T: np.ndarray,
+    anchor: np.ndarray,
+    drift: np.ndarray,
+    at: int,
+) -> None:
+    """Write `dJ/dt v` in axes of the anchor."""
+    motion = np.empty((2, 6))
+    frame_motion(joint, velocity, acceleration, T, motion)
+    a = motion[1]
+    drift[at], drift[at + 1], drift[at + 2] = turned_back(anchor, a[0], a[1], a[2])
+    drift[at + 3], drift[at + 4], drift[at + 5] = turned_back(anchor, a[3], a[4], a[5])

@@ -9,14 +9,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import lapack
 
-from equipoise.contacts.base import Contact
+from equipoise.contacts.base import CompiledContact, Contact
+from equipoise.contacts.factor_kernels import factorise, lift, project
+from equipoise.contacts.program import ContactProgram
+from equipoise.contacts.rows import ContactRows
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
 
-_RANK_TOLERANCE = 1e-9
+RANK_TOLERANCE = 1e-9
 
 
 class ContactStack:
@@ -33,6 +35,10 @@ class ContactStack:
             for name, a, b in zip(names, ends[:-1], ends[1:], strict=True)
         }
         self.size = int(ends[-1])
+        starts = list(zip(contacts, ends[:-1].tolist(), strict=True))
+        compiled = [(c, at) for c, at in starts if isinstance(c, CompiledContact)]
+        self._program = ContactProgram([c for c, _ in compiled], [at for _, at in compiled])
+        self._others = tuple((c, at) for c, at in starts if not isinstance(c, CompiledContact))
         self.regulated_rows = np.array(
             [
                 self.rows[contact.name].start + contact.labels.index(label)
@@ -64,23 +70,34 @@ class ContactStack:
         """Return the stack evaluated at the state of `kin`."""
         return StackedContacts(self, kin)
 
+    def fill(self, kin: Kinematics, rows: ContactRows, *, drift: bool = False) -> None:
+        """Write the rows of all contacts at the state of `kin`; the drift only if asked for."""
+        if self._program.count:
+            self._program.fill(kin, rows, drift=drift)
+        for contact, at in self._others:
+            contact.fill(kin, rows, at, drift=drift)
+
+    def filled(self, kin: Kinematics, *, drift: bool = False) -> ContactRows:
+        """Return the rows of all contacts at the state of `kin`, in memory of their own."""
+        rows = ContactRows.of_size(self.size, kin.robot.nv)
+        self.fill(kin, rows, drift=drift)
+        return rows
+
     def drift(self, kin: Kinematics) -> Array:
         """Return `dJ_phi/dt v - d rate/dt` (r,)."""
-        return _stacked([contact.drift(kin) for contact in self.contacts])
+        return self.filled(kin, drift=True).drift
 
     def rate(self, kin: Kinematics) -> Array:
         """Return `nu_c` (r,), the right-hand side of `J_phi v = nu_c`."""
-        return _stacked([contact.rate(kin) for contact in self.contacts])
+        return self.filled(kin).rate
 
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (r,)."""
-        return _stacked([contact.residual(kin) for contact in self.contacts])
+        return self.filled(kin).residual
 
     def jacobian(self, kin: Kinematics) -> Array:
         """Return `J_phi` (r, nv)."""
-        if not self.contacts:
-            return np.zeros((0, kin.robot.nv))
-        return np.vstack([contact.jacobian(kin) for contact in self.contacts])
+        return self.filled(kin).J
 
     def contradictions(self, kin: Kinematics, tolerance: float = 1e-6) -> tuple[str, ...]:
         """Return the contacts that cannot hold together with those before them, none if all can.
@@ -93,7 +110,7 @@ class ContactStack:
             grown = ContactStack([*kept.contacts, contact])
             J = grown.jacobian(kin)
             wanted = np.column_stack((grown.rate(kin), -grown.residual(kin)))
-            left = J @ np.linalg.lstsq(J, wanted, rcond=_RANK_TOLERANCE)[0] - wanted
+            left = J @ np.linalg.lstsq(J, wanted, rcond=RANK_TOLERANCE)[0] - wanted
             if np.abs(left).max() > tolerance:
                 found.append(contact.name)
             else:
@@ -110,42 +127,27 @@ class StackedContacts:
 
     def __init__(self, stack: ContactStack, kin: Kinematics) -> None:
         self.stack = stack
+        self.factor = Factor(stack.size, kin.robot.nv)
         self.J_phi = stack.jacobian(kin)
-        self._factorise()
+        self.factor.refresh(self.J_phi)
 
-    def _factorise(self) -> None:
-        r, nv = self.J_phi.shape
-        if r == 0:
-            self.rank, self._Q1 = 0, np.zeros((nv, 0))
-            return
-        factors, pivots, tau, _, _ = lapack.dgeqp3(self.J_phi.T)
-        diagonal = np.abs(np.diagonal(factors))
-        self.rank = int(np.count_nonzero(diagonal > _RANK_TOLERANCE * max(diagonal[0], 1e-300)))
-        reflectors = np.asfortranarray(factors[:, : self.rank])
-        self._Q1, _, _ = lapack.dorgqr(reflectors, tau[: self.rank])
-        self._R = np.triu(factors[: self.rank, :])
-        self._pivots = pivots - 1
+    @property
+    def rank(self) -> int:
+        """The number of rows that do not depend on others."""
+        return self.factor.rank
 
     def project(self, v: Array) -> Array:
         """Return `Q_phi v` (nv,), the part that violates no contact. Source: eq. (16)."""
-        return v - self._Q1 @ (self._Q1.T @ v)
+        return self.factor.project(v)
 
     @property
     def Q_phi(self) -> Array:
         """The projector `I - J_phi^+ J_phi` (nv, nv) as a matrix. Source: eq. (12) for J_phi."""
-        return np.eye(self.J_phi.shape[1]) - self._Q1 @ self._Q1.T
+        return np.column_stack([self.project(e) for e in np.eye(self.J_phi.shape[1])])
 
     def lift(self, y: Array) -> Array:
         """Return `J_phi^+ y` (nv,): the least velocity with `J_phi v = y`, in least squares."""
-        r = self.J_phi.shape[0]
-        if r == 0:
-            return np.zeros(self.J_phi.shape[1])
-        if self.rank < r:
-            permuted = np.empty(r)
-            permuted[:] = y[self._pivots]
-            return self._Q1 @ np.linalg.lstsq(self._R.T, permuted, rcond=None)[0]
-        solution, _ = lapack.dtrtrs(self._R, y[self._pivots], trans=1)
-        return self._Q1 @ solution
+        return self.factor.lift(y)
 
     @property
     def J_phi_pinv(self) -> Array:
@@ -153,5 +155,27 @@ class StackedContacts:
         return np.column_stack([self.lift(e) for e in np.eye(self.J_phi.shape[0])])
 
 
-def _stacked(parts: list[Array]) -> Array:
-    return np.concatenate(parts) if parts else np.zeros(0)
+class Factor:
+    """The factorisation of one set of rows `J` (r, nv), in memory that the next one reuses."""
+
+    def __init__(self, size: int, nv: int) -> None:
+        self.rank = 0
+        self.L = np.zeros((size, nv))
+        self.reflectors = np.zeros((size, nv))
+        self.pivots = np.zeros(size, dtype=np.int64)
+
+    def refresh(self, J: Array) -> None:
+        """Factorise `J` (r, nv)."""
+        self.rank = factorise(J, self.L, self.reflectors, self.pivots, RANK_TOLERANCE)
+
+    def project(self, v: Array) -> Array:
+        """Return the part of `v` (nv,) that no row sees."""
+        out = np.empty(len(v))
+        project(self.reflectors, self.rank, v, out)
+        return out
+
+    def lift(self, y: Array) -> Array:
+        """Return the least `v` (nv,) with `J v = y` (r,), in least squares."""
+        out = np.empty(self.L.shape[1])
+        lift(self.L, self.reflectors, self.pivots, self.rank, y, out)
+        return out

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial import ConvexHull
 
+from equipoise.compilation import entrance
 from equipoise.robots import Sole
 from equipoise.spatial import Array
 
@@ -30,11 +31,21 @@ class SupportPolygon:
         """Return the hull of points (k, 2) or (k, 3) [m]; only x and y count."""
         hull = ConvexHull(np.asarray(points)[:, :2])
         equations = _without_duplicates(hull.equations)
-        return cls(equations[:, :2], -equations[:, 2], np.asarray(points)[hull.vertices, :2])
+        normals = np.ascontiguousarray(equations[:, :2])
+        return cls(normals, -equations[:, 2], np.asarray(points)[hull.vertices, :2])
 
     def margin(self, p: Array) -> float:
         """Return the distance [m] of `p` to the nearest edge; negative outside."""
-        return float(np.min(self.offsets - self.normals @ p[:2]))
+        return least_room(self.normals, self.offsets, float(p[0]), float(p[1]))
+
+
+@entrance
+def least_room(normals: np.ndarray, offsets: np.ndarray, x: float, y: float) -> float:
+    """Return the least `offset - normal . (x, y)`."""
+    room = np.inf
+    for i in range(offsets.shape[0]):
+        room = min(room, offsets[i] - normals[i, 0] * x - normals[i, 1] * y)
+    return room
 
 
 def _without_duplicates(equations: Array) -> Array:

@@ -56,6 +56,7 @@ class ControlGains:
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0.0):
                 raise InputError(f"gain {name} must be finite and not negative", given=value)
+            object.__setattr__(self, name, float(value))
         K_d = np.asarray(self.K_d, dtype=float)
         if not np.isfinite(K_d).all():
             raise InputError("gain K_d holds a NaN or an infinity")
@@ -68,6 +69,7 @@ class ControlGains:
         value = getattr(self, name)
         if not (np.isfinite(value) and value > 0.0):
             raise InputError(f"gain {name} must be finite and positive", given=value)
+        object.__setattr__(self, name, float(value))
 
     @staticmethod
     def _require_positive_definite(K_d: Array) -> None:

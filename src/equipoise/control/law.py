@@ -6,6 +6,7 @@ at all is outside, once, when the adviser suggests the constant matrix `K_d`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -13,16 +14,23 @@ from enum import Enum
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import ContactStack, StackedContacts
-from equipoise.control.base_wrench import distribute_base_wrench
+from equipoise.contacts import ContactRows, ContactStack, Factor
+from equipoise.contacts.stack import RANK_TOLERANCE
 from equipoise.control.gains import ControlGains
+from equipoise.control.law_kernels import (
+    HELD,
+    RUN,
+    SATURATED,
+    all_finite,
+    law_force,
+    law_torque,
+)
 from equipoise.control.manifolds import ForceManifold, PostureManifold
+from equipoise.control.support import Support
 from equipoise.errors import InputError, ShapeError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
-from equipoise.spatial import Array, velocity_transport
-
-_LIGHTEST = 0.05  # share of the mean load below which a foot counts as no lighter
+from equipoise.spatial import Array
 
 
 @dataclass(frozen=True)
@@ -66,13 +74,16 @@ class Command:
     s: Array
 
 
+_STATUS = {RUN: ControlStatus.RUN, SATURATED: ControlStatus.SATURATED}
+
+
 class PassivityController:
     """Tracks posture and contact forces; `reset` and then `step` once every `dt` [s].
 
     Its whole memory: `posture`, `force` (the manifolds), `base_reaction`, `tau`, `u`, `handover`.
     Source: eqs. (21), (24). Differs from the print: `- ds_dF/dt` instead of `+` (only then does
     (26) follow); the rows of J_phi whose force is not regulated have zero force error; the six
-    base rows of the torque go to the supporting contacts (`distribute_base_wrench`); integrals
+    base rows of the torque go to the supporting contacts (`Support`); integrals
     stop while a torque is clamped. With `damp_violation` s also holds `(I - Q_phi) dv`.
     """
 
@@ -92,7 +103,16 @@ class PassivityController:
         self.robot, self.contacts, self.gains, self.dt = robot, contacts, gains, dt
         self.K_d = gains.damping_matrix(robot.nv)
         self._evaluator = KinematicsEvaluator(robot)
+        self._hold(contacts)
         self.reset()
+
+    def _hold(self, contacts: ContactStack) -> None:
+        """Make room for the rows of a stack."""
+        self.contacts = contacts
+        self._rows = ContactRows.of_size(contacts.size, self.robot.nv)
+        self._factor = Factor(contacts.size, self.robot.nv)
+        self._support = Support(contacts)
+        self._plain = _Inputs(self.robot, contacts)
 
     def reset(self) -> None:
         """Forget everything; the next `step` is the time t0 of the manifolds."""
@@ -111,6 +131,7 @@ class PassivityController:
         self.u = np.zeros(nv)
         self.handover = np.zeros(nv)
         self._handover_t0 = 0.0
+        self._handing_over = False
         self._started = False
         self._switching = False
 
@@ -127,7 +148,7 @@ class PassivityController:
             raise InputError(
                 "the supporting contacts cannot change while running", given=after, known=before
             )
-        self.contacts = contacts
+        self._hold(contacts)
         self.force = self._new_force_manifold()
         self._switching = self._started
         self._started = False
@@ -155,93 +176,96 @@ class PassivityController:
         Raises: `ShapeError` if an array has the wrong shape.
         """
         self._check_shapes(measured, target)
-        if not _all_finite(measured, target):
+        measured, target = self._plain.taken(measured, target)
+        q, v, lam = measured.q, measured.v, measured.lam
+        if not all_finite(q, v, lam, target.q_ref, target.v_ref, target.lam_ref):
             return self._held()
-        q, v = measured.q, measured.v
-        dq = pin.difference(self.robot.model, target.q_ref, q)
-        dv = v - velocity_transport(q, target.q_ref, target.v_ref)
-        stacked = self.contacts.at(self._evaluator.at(q, v, t))
-        if not self._started:
-            self.posture.start(t, dq, dv)
-            self.force.start(t)
+        self.contacts.fill(self._evaluator.at(q, v, t), self._rows)
+        s, u = self._force(t, q, v, target)
+        self._hand_over(t, u)
+        base_reaction = self._support.reaction(self._rows.J, u, lam, self.base_reaction)
+        tau = np.empty(self.robot.na)
+        code = self._torque(u, base_reaction, lam, target.lam_ref, tau)
+        if code == HELD:
+            return self._held()
+        self.u, self.base_reaction, self.tau = u, base_reaction, tau
+        return Command(tau, _STATUS[code], u, base_reaction, s)
+
+    def _force(self, t: float, q: Array, v: Array, target: Target) -> tuple[Array, Array]:
+        """Return s and u (nv,), every row actuated; begin the manifolds if they have not."""
+        gains, posture, force, factor = self.gains, self.posture, self.force, self._factor
+        starting = not self._started
+        if starting:
+            posture.t0 = t
+            force.start(t)
             self._started = True
-        s = self._extended_error(t, stacked, dq, dv)
-        u = self._handed_over(t, self._torque(stacked, s, target.lam_ref))
-        base_reaction = self._carry_base(stacked, u, measured.lam)
-        wanted = (u - stacked.J_phi[self.contacts.supporting_rows].T @ base_reaction)[6:]
-        if not np.isfinite(wanted).all():
-            return self._held()
-        tau = np.minimum(np.maximum(wanted, -self.robot.tau_max), self.robot.tau_max)
-        self.u = u
-        self._remember(stacked, measured, target, tau, wanted, base_reaction)
-        clamped = bool((tau != wanted).any())
-        status = ControlStatus.SATURATED if clamped else ControlStatus.RUN
-        return Command(tau, status, u, base_reaction, s)
-
-    def _extended_error(self, t: float, stacked: StackedContacts, dq: Array, dv: Array) -> Array:
-        """Return s (nv,). Source: eq. (21). Differs from the print: see the class."""
-        s_rp = self.posture.update(t, dq, dv)
-        s_rF = np.zeros(self.contacts.size)
-        s_rF[self.contacts.regulated_rows] = self.force.update(t)
-        s = stacked.project(s_rp) - self.gains.beta * stacked.lift(s_rF)
-        if self.gains.damp_violation:
-            s += dv - stacked.project(dv)
-        return s
-
-    def _torque(self, stacked: StackedContacts, s: Array, lam_ref: Array) -> Array:
-        """Return u (nv,), every row actuated. Source: eq. (24). Differs: see the class."""
-        gains, force = self.gains, self.force
-        along_rows = (
-            -lam_ref
-            - force.rate_of_s_dF
-            + gains.k_iF * np.tanh(gains.mu * force.s_qF)
-            + gains.eta * force.s_rF
+        s, u = np.empty(self.robot.nv), np.empty(self.robot.nv)
+        factor.rank = law_force(
+            q,
+            v,
+            target.q_ref,
+            target.v_ref,
+            pin.difference(self.robot.model, target.q_ref, q),
+            target.lam_ref,
+            self._rows.J,
+            factor.L,
+            factor.reflectors,
+            factor.pivots,
+            self.contacts.regulated_rows,
+            self.K_d,
+            posture.memory,
+            force.memory,
+            s,
+            u,
+            starting,
+            float(t - posture.t0),
+            posture.alpha,
+            posture.beta_p,
+            posture.k_ip,
+            float(t - force.t0),
+            force.beta_F,
+            force.k_iF,
+            gains.beta,
+            gains.mu,
+            gains.eta,
+            RANK_TOLERANCE,
+            gains.damp_violation,
         )
-        return -self.K_d @ s + stacked.J_phi[self.contacts.regulated_rows].T @ along_rows
+        return s, u
 
-    def _handed_over(self, t: float, u: Array) -> Array:
-        """Return u with what is left of the last switch's difference."""
+    def _hand_over(self, t: float, u: Array) -> None:
+        """Add to u what is left of the last switch's difference."""
         if self._switching:
             self.handover, self._handover_t0 = self.u - u, t
-            self._switching = False
-        return u + self.handover * np.exp(-(t - self._handover_t0) / self.gains.handover)
+            self._switching, self._handing_over = False, True
+        if self._handing_over:
+            u += self.handover * math.exp(-(t - self._handover_t0) / self.gains.handover)
 
-    def _carry_base(self, stacked: StackedContacts, u: Array, lam: Array) -> Array:
-        rows = self.contacts.supporting_rows
-        lam_without = lam[rows] - self.base_reaction
-        J_base = stacked.J_phi[rows][:, :6]
-        return distribute_base_wrench(u[:6], J_base, self._reaction_costs(lam), lam_without)
-
-    def _reaction_costs(self, lam: Array) -> Array:
-        """Return the costs of the supporting rows at the loads that were last measured."""
-        soles = [c for c in self.contacts.contacts if c.supporting]
-        normal = [max(c.normal_force(lam[self.contacts.rows[c.name]]), 0.0) for c in soles]
-        mean = sum(normal) / len(normal)
-        loads = [
-            min(max(n / mean, _LIGHTEST), 1.0 / _LIGHTEST) if mean > 0.0 else 1.0 for n in normal
-        ]
-        return np.concatenate([c.reaction_costs(x) for c, x in zip(soles, loads, strict=True)])
-
-    def _remember(
-        self,
-        stacked: StackedContacts,
-        measured: Measurement,
-        target: Target,
-        tau: Array,
-        wanted: Array,
-        base_reaction: Array,
-    ) -> None:
-        s_qp_tangent = stacked.project(self.posture.s_qp)
-        held = np.zeros(self.robot.nv, dtype=bool)
-        # K_d s enters the torque with a minus: a clamp at the top holds negative signs.
-        held[6:] = ((wanted > tau) & (s_qp_tangent[6:] < 0.0)) | (
-            (wanted < tau) & (s_qp_tangent[6:] > 0.0)
+    def _torque(
+        self, u: Array, base_reaction: Array, lam: Array, lam_ref: Array, tau: Array
+    ) -> int:
+        posture, force, contacts = self.posture, self.force, self.contacts
+        return law_torque(
+            self._rows.J,
+            self._factor.reflectors,
+            self._factor.rank,
+            contacts.supporting_rows,
+            contacts.regulated_rows,
+            u,
+            base_reaction,
+            lam,
+            lam_ref,
+            self.robot.tau_max,
+            posture.memory,
+            force.memory,
+            tau,
+            self.dt,
+            posture.bound,
+            posture.sgn.code,
+            posture.sgn.layer,
+            force.sgn.code,
+            force.sgn.layer,
         )
-        self.posture.integrate(self.dt, s_qp_tangent, held)
-        dlam = measured.lam[self.contacts.regulated_rows] - target.lam_ref
-        self.force.integrate(self.dt, dlam, held=False)
-        self.base_reaction = base_reaction
-        self.tau = tau
 
     def _held(self) -> Command:
         nothing = np.zeros(self.robot.nv)
@@ -262,6 +286,17 @@ class PassivityController:
                 raise ShapeError(name, array.shape, (size,))
 
 
-def _all_finite(measured: Measurement, target: Target) -> bool:
-    parts = (measured.q, measured.v, measured.lam, target.q_ref, target.v_ref, target.lam_ref)
-    return bool(np.isfinite(np.concatenate(parts)).all())
+class _Inputs:
+    """Measurement and target in the one memory layout that the kernels are compiled for."""
+
+    def __init__(self, robot: Robot, contacts: ContactStack) -> None:
+        nq, nv, k = robot.nq, robot.nv, contacts.regulated_rows.size
+        self.measured = Measurement(np.zeros(nq), np.zeros(nv), np.zeros(contacts.size))
+        self.target = Target(np.zeros(nq), np.zeros(nv), np.zeros(k))
+
+    def taken(self, measured: Measurement, target: Target) -> tuple[Measurement, Target]:
+        own, wanted = self.measured, self.target
+        own.q[:], own.v[:], own.lam[:] = measured.q, measured.v, measured.lam
+        wanted.q_ref[:], wanted.v_ref[:] = target.q_ref, target.v_ref
+        wanted.lam_ref[:] = target.lam_ref
+        return own, wanted

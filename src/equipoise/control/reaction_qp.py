@@ -76,7 +76,7 @@ class BoundedDistribution:
         self._A = scipy.linalg.block_diag(*(part.A for part in parts))
         self._b = np.concatenate([part.b for part in parts])
         self._what = [w for part in parts for w in part.what]
-        self._costs = np.concatenate([sole.reaction_costs(1.0) for sole in self.soles])
+        self._costs = np.concatenate([sum(sole.reaction_costs()) for sole in self.soles])
 
     def __call__(self, u_base: Array, J_base: Array, lam_0: Array) -> Distribution:
         """Return the distribution of `u_base` (6,) over the rows of `J_base` (k, 6).

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
+from equipoise.control.manifold_kernels import SATURATION, SIGN, TANH, sign_of
 from equipoise.errors import InputError
 from equipoise.spatial import Array
 
 SignKind = Literal["sign", "tanh", "saturation"]
+_CODES = {"sign": SIGN, "tanh": TANH, "saturation": SATURATION}
 
 
 @dataclass(frozen=True)
@@ -25,17 +25,17 @@ class SignFunction:
     layer: float = 0.02
 
     def __post_init__(self) -> None:
-        if self.kind not in ("sign", "tanh", "saturation"):
-            raise InputError(
-                "unknown sign function", given=self.kind, known=("sign", "tanh", "saturation")
-            )
+        if self.kind not in _CODES:
+            raise InputError("unknown sign function", given=self.kind, known=tuple(_CODES))
         if self.kind != "sign" and not self.layer > 0.0:
             raise InputError("the boundary layer must be positive", given=self.layer)
+        object.__setattr__(self, "layer", float(self.layer))
+
+    @property
+    def code(self) -> int:
+        """The kind as kernels know it."""
+        return _CODES[self.kind]
 
     def __call__(self, x: Array) -> Array:
-        """Return the sign of `x` by component, in [-1, 1]."""
-        if self.kind == "sign":
-            return np.sign(x)
-        if self.kind == "tanh":
-            return np.tanh(x / self.layer)
-        return np.minimum(np.maximum(x / self.layer, -1.0), 1.0)
+        """Return the sign of `x` (k,) by component, in [-1, 1]."""
+        return sign_of(x, self.code, self.layer)

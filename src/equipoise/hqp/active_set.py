@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import logging
-import math
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
-from equipoise.hqp.compilation import is_kept
+from equipoise.compilation import announce
 from equipoise.hqp.hierarchy import Hierarchy
 from equipoise.hqp.hierarchy_kernels import answer
 from equipoise.hqp.kernels import Buffers, Problem, allocate
 from equipoise.hqp.solution import Solution, Status, describe
 
-LOG = logging.getLogger(__name__)
-
 
 @cache
 def prepare_kernels() -> None:
     """Load the compiled kernels by solving a tiny problem; compile them once, and say so."""
-    if not is_kept():
-        LOG.warning("Compiling the hierarchy solver, once and for all: about half a minute.")
+    announce(Path(__file__).parent)
     buffers, one = allocate(1, 1, 1), np.ones(1)
     problem = Problem(np.ones((1, 1)), one, one)
     active = np.zeros(1, dtype=np.int8)
@@ -61,8 +57,10 @@ class ActiveSet:
         problem = Problem(*map(_plain, (hierarchy.A, hierarchy.lower, hierarchy.upper)))
         v, w, slack = np.empty(n), np.empty(m), np.empty(len(ends))
         active = np.empty(m, dtype=np.int8)
-        work, ended = answer(problem, limits, buffers, self.iteration_limit, v, w, slack, active)
-        if not math.isfinite(v.sum() + slack.sum()):
+        work, ended, finite = answer(
+            problem, limits, buffers, self.iteration_limit, v, w, slack, active
+        )
+        if not finite:
             self.reset()
             return describe(hierarchy, np.full(n, np.nan), Status.FAILED, self.name, work)
         status = Status.SOLVED if ended else Status.ITERATION_LIMIT

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from equipoise.errors import InputError, ShapeError
-from equipoise.hqp.rows import Rows, values_are_sound
+from equipoise.hqp.rows import Rows
+from equipoise.hqp.soundness import are_sound
 
 FILE_FORMAT = 2
 
@@ -63,11 +64,27 @@ class Hierarchy:
             ends.append(end)
         A = np.concatenate(matrices)
         lower, upper = np.concatenate(lowers), np.concatenate(uppers)
-        if not values_are_sound(A, lower, upper):
-            for group in levels:
-                for rows in group:
-                    rows.check()
-        return cls(A, lower, upper, tuple(ends), tuple(blocks))
+        return cls.of_sound(A, lower, upper, tuple(ends), tuple(blocks))
+
+    @classmethod
+    def of_sound(
+        cls,
+        A: np.ndarray,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        ends: tuple[int, ...],
+        blocks: tuple[Block, ...],
+    ) -> Hierarchy:
+        """Return the hierarchy of stacked rows, once their values are found sound.
+
+        Raises:
+            NonFiniteError, InputError: as `Rows.check`, naming the block and the row.
+        """
+        if not are_sound(A, lower, upper):
+            for block in blocks:
+                own = block.rows
+                Rows(block.name, block.unit, block.labels, A[own], lower[own], upper[own]).check()
+        return cls(A, lower, upper, ends, blocks)
 
     @property
     def n(self) -> int:

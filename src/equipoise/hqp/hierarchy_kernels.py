@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.hqp.compilation import compiled, entrance, inlined
+from equipoise.compilation import compiled, entrance, inlined
 from equipoise.hqp.kernels import (
     DEPTH,
     EQUALITY,
@@ -47,14 +47,20 @@ def answer(
     w: np.ndarray,
     slack: np.ndarray,
     active: np.ndarray,
-) -> tuple[int, bool]:
+) -> tuple[int, bool, bool]:
     """Solve all levels and fill v [n], w [m], the slack of the levels and the active rows [m].
 
-    Returns the number of working problems solved, and whether every search ended by itself.
+    Returns the number of working problems solved, whether every search ended by itself, and
+    whether all numbers are finite.
     """
     work, ended = solve_levels(p, ends, b, limit)
     judge(p, ends, b, v, w, slack, active)
-    return work, ended
+    total = 0.0
+    for c in range(v.shape[0]):
+        total += v[c]
+    for level in range(slack.shape[0]):
+        total += slack[level]
+    return work, ended, abs(total) < np.inf
 
 
 @inlined

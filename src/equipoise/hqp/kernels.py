@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from equipoise.hqp.compilation import compiled, inlined
+from equipoise.compilation import compiled, inlined
 
 column = np.uint64
 

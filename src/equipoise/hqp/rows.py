@@ -8,6 +8,7 @@ from typing import NoReturn
 import numpy as np
 
 from equipoise.errors import InputError, NonFiniteError, ShapeError
+from equipoise.hqp.soundness import are_sound
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +49,7 @@ class Rows:
             NonFiniteError: names the block and the row.
             InputError: lower > upper; names the block and the row.
         """
-        if not values_are_sound(self.A, self.lower, self.upper):
+        if not are_sound(self.A, self.lower, self.upper):
             self.refuse()
 
     def refuse(self) -> NoReturn:
@@ -81,16 +82,3 @@ class Rows:
                     remedy="Use -inf below and +inf above for a side without a bound",
                 )
         raise AssertionError("refuse() was called on rows that are sound")
-
-
-def values_are_sound(A: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> bool:
-    """Tell whether A [m, n] is finite and the bounds [m] leave each row a number."""
-    if lower.size == 0:
-        return True
-    ordered = bool((lower <= upper).all())  # False where a bound is NaN
-    return (
-        ordered
-        and bool(np.isfinite(A).all())
-        and float(lower.max()) < np.inf
-        and float(upper.min()) > -np.inf
-    )

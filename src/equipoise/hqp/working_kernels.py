@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.hqp.compilation import compiled, inlined
+from equipoise.compilation import compiled, inlined
 from equipoise.hqp.kernels import (
     DEPENDENT,
     DEPENDENT_ROW,

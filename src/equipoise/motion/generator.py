@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from equipoise.hqp import Hierarchy, HierarchySolver, Solution
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
+from equipoise.motion.building import HierarchyBuilder
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import Task
@@ -49,6 +50,7 @@ class MotionGenerator:
         self.levels = tuple(tuple(level) for level in levels)
         self.solver = solver
         self.dt = dt
+        self._builder = HierarchyBuilder(self.levels)
         self._evaluator = KinematicsEvaluator(robot)
         self._q = np.array(q_start, dtype=float)
         self._v = np.zeros(robot.nv)
@@ -56,16 +58,9 @@ class MotionGenerator:
     def step(self, t: float) -> MotionStep:
         """Solve at time `t` [s], return the reference of this moment and move on by `dt`."""
         kin = self._evaluator.at(self._q, self._v, t)
-        hierarchy = build_hierarchy(self.levels, kin, t)
+        hierarchy = self._builder.at(kin, t)
         solution = self.solver.solve(hierarchy)
         step = MotionStep(t, kin.q, solution.v, kin, hierarchy, solution)
         self._q = pin.integrate(self.robot.model, self._q, solution.v * self.dt)
         self._v = solution.v
         return step
-
-
-def build_hierarchy(levels: Sequence[Sequence[Task]], kin: Kinematics, t: float) -> Hierarchy:
-    """Return the hierarchy of all tasks' rows at one state and time: built, not yet solved."""
-    return Hierarchy.stack(
-        [[task.rows(kin, t) for task in level] for level in levels], kin.robot.nv
-    )

@@ -10,7 +10,7 @@ import pinocchio as pin
 from equipoise.errors import InputError
 from equipoise.hqp import HierarchySolver
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.motion.generator import build_hierarchy
+from equipoise.motion.building import HierarchyBuilder
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import Task
@@ -42,11 +42,11 @@ def solve_posture(
     Returns: the configuration (nq,).
     Raises: `PostureNotFoundError` if a task of `must_hold` is violated at the end.
     """
-    evaluator = KinematicsEvaluator(robot)
+    evaluator, builder = KinematicsEvaluator(robot), HierarchyBuilder(levels)
     q, v = np.array(q_from, dtype=float), np.zeros(robot.nv)
     for k in range(iterations):
         t = min(0.0, t_from + k * step)
-        v = solver.solve(build_hierarchy(levels, evaluator.at(q, v, t), t)).v
+        v = solver.solve(builder.at(evaluator.at(q, v, t), t)).v
         q = pin.integrate(robot.model, q, v * step)
         if t == 0.0 and np.abs(v).max() < tolerance:
             break

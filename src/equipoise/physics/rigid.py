@@ -6,17 +6,22 @@ could have done so is judged elsewhere (`contacts.reaction_margins`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from scipy.linalg import lapack
 
-from equipoise.contacts import ContactStack
+from equipoise.contacts import ContactRows, ContactStack
 from equipoise.errors import EquipoiseError, InputError
-from equipoise.kinematics import Kinematics, KinematicsEvaluator
+from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics.engine import PhysicsState
+from equipoise.physics.rigid_kernels import (
+    accelerations_of,
+    largest_of,
+    multipliers,
+    reduce_to_contacts,
+)
 from equipoise.physics.slider import Slider, SliderMode, SliderState
 from equipoise.robots import Robot
 from equipoise.spatial import Array
@@ -26,14 +31,14 @@ class DivergedError(EquipoiseError):
     """The simulated state is no longer finite."""
 
 
-@dataclass(frozen=True)
-class _Rows:
-    """Contact rows at one state: J, phi, J v - nu_c, and the wanted J a."""
+class _Room:
+    """Memory for one solution of (8), see `reduce_to_contacts`."""
 
-    J: Array
-    phi: Array
-    slip_speed: Array
-    wanted: Array
+    def __init__(self, r: int, nv: int) -> None:
+        self.rows = ContactRows.of_size(r, nv)
+        self.L, self.half, self.half_free = np.zeros((nv, nv)), np.zeros((r, nv)), np.zeros(nv)
+        self.delassus = np.zeros((r, r))
+        self.slip_speed, self.a_free, self.rhs = np.zeros(r), np.zeros(r), np.zeros(r)
 
 
 class RigidContactEngine:
@@ -75,7 +80,7 @@ class RigidContactEngine:
         self._position_gain = position_gain / self.h**2
         self._velocity_gain = velocity_gain / self.h
         self._damping = np.concatenate((np.zeros(6), np.full(robot.na, joint_damping)))
-        self._diagonal = np.diag_indices(robot.nv)
+        self._room = _Room(contacts.size, robot.nv)
         self._proximal = proximal
         self.sliders = {slider: SliderState() for slider in sliders}
         self._slider_rows = [(slider, contacts.rows[slider.contact].start) for slider in sliders]
@@ -113,7 +118,7 @@ class RigidContactEngine:
             self._q = pin.integrate(self.robot.model, self._q, self._v * self.h)
             self._move_sliders()
             total += lam
-            if not (np.isfinite(self._q).all() and np.isfinite(self._v).all()):
+            if not math.isfinite(self._q.sum() + self._v.sum()):
                 raise DivergedError(
                     f"the simulation diverged at t = {self.state.t:.3f} s; lower K_d or the step"
                 )
@@ -139,45 +144,51 @@ class RigidContactEngine:
 
     def accelerations(self, force: Array) -> tuple[Array, Array]:
         """Solve (8) at the present state for `a` (nv,) and `lam` (r,) under `force` (nv,)."""
-        model, data = self.robot.model, self._dynamics
+        model, data, room = self.robot.model, self._dynamics, self._room
+        rows = room.rows
         kin = self._evaluator.at(self._q, self._v, self._t)
-        M = pin.crba(model, data, self._q).T  # lower triangle
-        M[self._diagonal] += self.h * self._damping
-        L, _ = lapack.dpotrf(M, lower=1)
-        bias = pin.nonLinearEffects(model, data, self._q, self._v)
-        free = force - bias - self._damping * self._v
-        if not self.contacts.size:
-            a, _ = lapack.dpotrs(L, free, lower=1)
-            return a, np.zeros(0)
-        rows = self._rows(kin)
-        self._note_drift(rows.phi)
-        half, _ = lapack.dtrtrs(L, rows.J.T, lower=1)
-        half_free, _ = lapack.dtrtrs(L, free, lower=1)
-        lam = self._multipliers(rows, half.T @ half, half.T @ half_free)
-        a, _ = lapack.dtrtrs(L, half_free + half @ lam, lower=1, trans=1)
+        self.contacts.fill(kin, rows, drift=True)
+        for slider, row in self._slider_rows:
+            rows.residual[row] += self.sliders[slider].travel  # the face moves away
+        if self._bilateral.size:
+            self._drift = max(self._drift, largest_of(rows.residual, self._bilateral))
+        reduce_to_contacts(
+            pin.crba(model, data, self._q).T,  # Pinocchio fills the upper half
+            self._damping,
+            self.h,
+            force,
+            pin.nonLinearEffects(model, data, self._q, self._v),
+            self._v,
+            rows.J,
+            rows.rate,
+            rows.residual,
+            rows.drift,
+            self._position_gain,
+            self._velocity_gain,
+            room.L,
+            room.half,
+            room.half_free,
+            room.delassus,
+            room.slip_speed,
+            room.a_free,
+            room.rhs,
+        )
+        lam = self._multipliers(room)
+        a = np.empty(self.robot.nv)
+        accelerations_of(room.L, room.half, room.half_free, lam, a)
         return a, lam
 
-    def _rows(self, kin: Kinematics) -> _Rows:
-        J, phi = self.contacts.jacobian(kin), self.contacts.residual(kin)
-        for slider, row in self._slider_rows:
-            phi[row] += self.sliders[slider].travel  # the face moves away along the normal
-        slip_speed = J @ self._v - self.contacts.rate(kin)
-        wanted = (
-            -self.contacts.drift(kin) - self._position_gain * phi - self._velocity_gain * slip_speed
-        )
-        return _Rows(J, phi, slip_speed, wanted)
-
-    def _multipliers(self, rows: _Rows, delassus: Array, a_free: Array) -> Array:
+    def _multipliers(self, room: _Room) -> Array:
         """Return `lam` (r,): bilateral rows by (8), each slider in the mode that explains it."""
-        active = np.ones(len(a_free), dtype=bool)
-        compliance, rhs = np.zeros(len(a_free)), rows.wanted - a_free
+        phi, rhs = room.rows.residual, room.rhs
+        active, compliance = np.ones(len(rhs), dtype=bool), np.zeros(len(rhs))
         for slider, row in self._slider_rows:
             state = self.sliders[slider]
             # Touching begins where the gap closes and ends where the hand would have to pull.
-            touching = state.mode is not SliderMode.FREE or rows.phi[row] <= 0.0
+            touching = state.mode is not SliderMode.FREE or phi[row] <= 0.0
             state.mode = SliderMode.STICK if touching else SliderMode.FREE
             active[row] = touching
-        lam = self._solve(delassus, rhs, active, compliance)
+        lam = self._solve(room, active, compliance)
         for slider, row in self._slider_rows:
             state = self.sliders[slider]
             if state.mode is SliderMode.STICK and lam[row] < 0.0:
@@ -188,33 +199,21 @@ class RigidContactEngine:
                 compliance[row] = 1.0 / (slider.viscosity * self.h)
                 rhs[row] = (
                     slider.coulomb / (slider.viscosity * self.h)
-                    - rows.slip_speed[row] / self.h
-                    - a_free[row]
+                    - room.slip_speed[row] / self.h
+                    - room.a_free[row]
                 )
             else:
                 continue
-            lam = self._solve(delassus, rhs, active, compliance)
+            lam = self._solve(room, active, compliance)
         return lam
 
-    def _solve(self, delassus: Array, rhs: Array, active: Array, compliance: Array) -> Array:
-        if active.all():
-            return self._regular_solve(delassus + np.diag(compliance), rhs)
-        lam = np.zeros(len(rhs))
-        kept = np.flatnonzero(active)
-        part = delassus[np.ix_(kept, kept)] + np.diag(compliance[kept])
-        lam[kept] = self._regular_solve(part, rhs[kept])
+    def _solve(self, room: _Room, active: Array, compliance: Array) -> Array:
+        lam = np.zeros(len(room.rhs))
+        if not multipliers(room.delassus, room.rhs, active, compliance, self._proximal, lam):
+            kept = np.flatnonzero(active)
+            part = room.delassus[np.ix_(kept, kept)] + np.diag(compliance[kept])
+            lam[kept] = np.linalg.lstsq(part, room.rhs[kept], rcond=1e-12)[0]
         return lam
-
-    def _regular_solve(self, matrix: Array, rhs: Array) -> Array:
-        if not len(rhs):
-            return rhs
-        scale = self._proximal * np.trace(matrix) / len(rhs)
-        factor, info = lapack.dpotrf(matrix + scale * np.eye(len(rhs)), lower=1)
-        if info != 0:
-            return np.linalg.lstsq(matrix, rhs, rcond=1e-12)[0]
-        lam, _ = lapack.dpotrs(factor, rhs, lower=1)
-        correction, _ = lapack.dpotrs(factor, rhs - matrix @ lam, lower=1)
-        return lam + correction
 
     def _move_sliders(self) -> None:
         """Advance each slider that slips by what its hand advanced."""
@@ -226,10 +225,6 @@ class RigidContactEngine:
             if state.mode is SliderMode.SLIP:
                 reached = -self.contacts.residual(kin)[row]
                 state.travel = max(state.travel, float(reached))
-
-    def _note_drift(self, phi: Array) -> None:
-        if self._bilateral.size:
-            self._drift = max(self._drift, float(np.abs(phi[self._bilateral]).max()))
 
     def _largest_residual(self) -> float:
         if not self._bilateral.size:

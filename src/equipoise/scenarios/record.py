@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import ReactionMargins, SoleContact, reaction_margins
+from equipoise.contacts import ReactionMargins, SoleContact, margins_of, outline
 from equipoise.control import Command, ControlStatus
 from equipoise.distances import DistanceEvaluator
 from equipoise.errors import InputError
@@ -41,7 +41,17 @@ class Recorder:
         self.scenario, self.places = scenario, places
         self.pairs = monitored_pairs(scenario, places, levels)
         self.channels = channels_of(scenario, places, levels, self.pairs)
-        self._wanted = wanted_forces
+        self._contacts = [
+            (
+                contact.name,
+                places.contacts.rows[contact.name],
+                wanted_forces[contact.name],
+                outline(contact.sole, contact.friction)
+                if isinstance(contact, SoleContact)
+                else None,
+            )
+            for contact in places.contacts.contacts
+        ]
         self._sliders = sliders
         self._kinematics = KinematicsEvaluator(places.robot)
         self._distances = DistanceEvaluator(places.scene, self.pairs)
@@ -57,6 +67,7 @@ class Recorder:
     ) -> dict[str, Array]:
         """Return the logged values of a tick; multipliers are those that act during it."""
         kin = self._kinematics.at(state.q, state.v)
+        com = kin.live_with_com.com.copy()
         values = {
             "q": state.q,
             "v": state.v,
@@ -65,8 +76,8 @@ class Recorder:
             "tau": command.tau,
             "dq": pin.difference(self.places.robot.model, motion.q_ref, state.q),
             "s": command.s,
-            "com": kin.p_world_com,
-            "com_margin": np.array([self.places.polygon.margin(kin.p_world_com)]),
+            "com": com,
+            "com_margin": np.array([self.places.polygon.margin(com)]),
             "distance": self._distances.at(kin),
             "slack": np.array(motion.solution.slack),
             "drift": np.array([after.drift]),
@@ -81,16 +92,15 @@ class Recorder:
         return values
 
     def _log_contacts(self, values: dict[str, Array], t: float, after: PhysicsState) -> None:
-        holding = {contact.name for contact in self.places.schedule.at(t).contacts}
-        for contact in self.places.contacts.contacts:
-            lam = after.lam[self.places.contacts.rows[contact.name]]
-            values[f"lam/{contact.name}"] = lam
-            if contact.regulated:
-                wanted = np.array([force(t) for force in self._wanted[contact.name]])
-                values[f"lam_ref/{contact.name}"] = wanted * (contact.name in holding)
-            if isinstance(contact, SoleContact):
-                margins = reaction_margins(lam, contact.sole, contact.friction)
-                values[f"margin/{contact.name}"] = margins.as_array()
+        holding = self.places.schedule.at(t).rows
+        for name, rows, wanted, sole in self._contacts:
+            lam = after.lam[rows]
+            values[f"lam/{name}"] = lam
+            if wanted:
+                forces = [force(t) for force in wanted] if name in holding else [0.0] * len(wanted)
+                values[f"lam_ref/{name}"] = np.array(forces)
+            if sole is not None:
+                values[f"margin/{name}"] = margins_of(lam, sole)
 
     def _log_sliders(self, values: dict[str, Array], t: float) -> None:
         for slider, state in self._sliders.items():

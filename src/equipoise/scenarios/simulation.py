@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from time import perf_counter_ns
 
 import numpy as np
 
-from equipoise.contacts import Contact
+from equipoise.contacts import ContactStack
 from equipoise.control import (
     Command,
     GainAdvice,
@@ -147,7 +147,7 @@ class Simulation:
         contacts = self.places.schedule.at(t)
         if contacts is not self.controller.contacts:
             self.controller.switch(contacts)
-        target = Target(motion.q_ref, motion.v_ref, self._lam_ref(t, contacts.contacts))
+        target = Target(motion.q_ref, motion.v_ref, self._lam_ref(t, contacts))
         return self.rig.control(t, state, target)
 
     def _advance(self, t: float, state: PhysicsState, command: Command) -> PhysicsState:
@@ -155,8 +155,10 @@ class Simulation:
         self.engine.external = wished + self.rig.faults.external(t, state.q, state.v)
         return self.engine.step(self.rig.applied(command))
 
-    def _lam_ref(self, t: float, contacts: Sequence[Contact]) -> Array:
-        return np.array([wanted(t) for c in contacts for wanted in self.wanted_forces[c.name]])
+    def _lam_ref(self, t: float, contacts: ContactStack) -> Array:
+        return np.array(
+            [wanted(t) for name in contacts.rows for wanted in self.wanted_forces[name]]
+        )
 
     def kinematics(self, q: Array) -> Kinematics:
         """Return the kinematics of the nominal robot at `q` (nq,), at rest."""

@@ -1,7 +1,7 @@
 """Tasks: each turns a kinematic state and a time into rows of a hierarchy. One file a task."""
 
 from equipoise.tasks.avoidance import AvoidanceTask
-from equipoise.tasks.base import Task
+from equipoise.tasks.base import CompiledTask, KernelTask, Task
 from equipoise.tasks.com_polygon import ComPolygonTask
 from equipoise.tasks.contact_rows import ContactTask
 from equipoise.tasks.fade import Fade
@@ -24,12 +24,14 @@ __all__ = [
     "AttachedTrajectory",
     "AvoidanceTask",
     "ComPolygonTask",
+    "CompiledTask",
     "ContactTask",
     "Fade",
     "FixedPose",
     "FramePoseTask",
     "GazeTask",
     "JointLimitsTask",
+    "KernelTask",
     "PoseSample",
     "PoseTrajectory",
     "PostureTask",

@@ -6,19 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from equipoise.compilation import entrance
+from equipoise.distance_kernels import rate_of_distance
 from equipoise.distances import DistanceEvaluator, EndDistances
 from equipoise.errors import InputError
-from equipoise.hqp import Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
-from equipoise.tasks.base import Task
+from equipoise.tasks.base import CompiledTask
 from equipoise.world import Pair, Scene
 
 _ENDS_FROM = 0.4  # share of the influence distance below which the ends of capsules count too
 _NEARLY_AS_NEAR = 0.01  # [m] an end further away than this beyond its pair cannot take its place
 
 
-class AvoidanceTask(Task):
+class AvoidanceTask(CompiledTask):
     """Damp the approach of each pair: `d/dt distance >= -damping (distance - d_s) / (d_i - d_s)`.
 
     The bound acts below the influence distance `d_i` [m]; the security distance `d_s` [m] is
@@ -26,6 +27,8 @@ class AvoidanceTask(Task):
     the approach speed that is still allowed at `d_i`.
     Source: section V (Faverjon and Tournassoud 1987); a bound on velocity, not on displacement.
     """
+
+    row_unit = "m/s"
 
     def __init__(
         self,
@@ -43,48 +46,93 @@ class AvoidanceTask(Task):
                 f"task {name!r} needs 0 <= security < influence", given=(security, influence)
             )
         self.pairs = tuple(pairs)
+        self._labels = tuple(pair.name for pair in self.pairs)
         self.influence = influence
         self.security = security
         self.damping = damping
         self._distances = DistanceEvaluator(scene, pairs)
         self._ends = EndDistances(scene, pairs)
         self._row_labels = (*self.labels, *self._ends.labels)
-        self._upper = np.full(len(self._row_labels), np.inf)
 
     @property
     def labels(self) -> tuple[str, ...]:
         """The names of the pairs."""
-        return tuple(pair.name for pair in self.pairs)
+        return self._labels
 
     @property
     def units(self) -> tuple[str, ...]:
         """Metres."""
         return ("m",) * len(self.pairs)
 
-    def rows(self, kin: Kinematics, t: float) -> Rows:
-        """Return one lower-bounded row a pair, and one for each capsule end in it.
+    def row_labels(self, t: float) -> tuple[str, ...]:
+        """Return a row a pair, and one for each capsule end in it."""
+        return self._row_labels
 
-        Pairs beyond the influence distance are free.
-        """
+    def fill(
+        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
+    ) -> None:
+        """Write one lower-bounded row a pair and end; pairs beyond the influence are free."""
+        live, found = kin.live, self._distances
         count = len(self.pairs)
-        A = np.zeros((len(self._row_labels), kin.robot.nv))
-        lower = np.full(len(self._row_labels), -np.inf)
-        distances = self._distances.at(kin)
-        near = np.flatnonzero(distances < self.influence)
-        if near.size:
-            A[near] = self._distances.jacobian(kin, near)
-            lower[near] = self._bound(distances[near])
-            close = near[distances[near] < _ENDS_FROM * self.influence]
-            within = distances[close] + _NEARLY_AS_NEAR
-            ends, distances, rates = self._ends.near(kin, close, within)
-            A[count + ends] = rates
-            lower[count + ends] = self._bound(distances)
-        return Rows(self.name, "m/s", self._row_labels, A, lower, self._upper)
-
-    def _bound(self, distances: Array) -> Array:
+        found.refresh(kin)
         slope = self.damping / (self.influence - self.security)
-        return -slope * (distances - self.security)
+        last = at + len(self._row_labels)
+        close = avoidance_rows(
+            live.columns,
+            live.carries,
+            found.results,
+            found.nearest,
+            found.joint_ids,
+            found.distances,
+            (self.influence, self.security, slope, _ENDS_FROM * self.influence),
+            A,
+            lower,
+            upper,
+            at,
+            last,
+        )
+        if close:
+            pairs = np.flatnonzero(found.distances < _ENDS_FROM * self.influence)
+            within = found.distances[pairs] + _NEARLY_AS_NEAR
+            ends, distances, rates = self._ends.near(kin, pairs, within)
+            A[at + count + ends] = rates
+            lower[at + count + ends] = -slope * (distances - self.security)
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [m] each pair is below the security distance."""
         return np.maximum(0.0, self.security - self._distances.at(kin))
+
+
+@entrance
+def avoidance_rows(
+    columns: np.ndarray,
+    carries: np.ndarray,
+    results: np.ndarray,
+    nearest: np.ndarray,
+    joint_ids: np.ndarray,
+    distances: np.ndarray,
+    bounds: tuple[float, float, float, float],
+    A: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    at: int,
+    last: int,
+) -> bool:
+    """Write the rows of the pairs, free ones up to `last`; tell whether a pair is close.
+
+    `bounds`: influence and security [m], slope [1/s], and the distance [m] that is called close.
+    """
+    influence, security, slope, closeness = bounds
+    is_close = False
+    for i in range(at, last):
+        lower[i], upper[i] = -np.inf, np.inf
+        k = i - at
+        if k < len(distances) and distances[k] < influence:
+            is_close = is_close or distances[k] < closeness
+            first, second = joint_ids[k, 0], joint_ids[k, 1]
+            rate_of_distance(columns, carries, results[nearest[k]], first, second, A, i)
+            lower[i] = -slope * (distances[k] - security)
+        else:
+            for c in range(A.shape[1]):
+                A[i, c] = 0.0
+    return is_close

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from equipoise.compilation import compiled
 from equipoise.contacts import SupportPolygon
-from equipoise.hqp import Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
-from equipoise.tasks.base import Task
+from equipoise.tasks.base import KernelTask
 
 
-class ComPolygonTask(Task):
+class ComPolygonTask(KernelTask):
     """Bound the speed of the centre of mass toward each edge by its distance to it.
 
     `n . J_com v <= rate * (distance to the edge - margin)`: the edge minus `margin` [m] is
     approached exponentially and not crossed while `rate * dt <= 1`; outside, it is returned to.
     Source: section V (Sugihara and Nakamura 2002 for the Jacobian).
     """
+
+    row_unit = "m/s"
+    kernel = "com_polygon"
 
     def __init__(
         self, name: str, polygon: SupportPolygon, *, margin: float = 0.02, rate: float = 10.0
@@ -26,23 +29,23 @@ class ComPolygonTask(Task):
         self.polygon = polygon
         self.margin = margin
         self.rate = rate
-        self._lower = np.full(len(polygon.offsets), -np.inf)
+        self._labels = tuple(f"edge{i}" for i in range(len(polygon.offsets)))
 
     @property
     def labels(self) -> tuple[str, ...]:
         """One edge a row."""
-        return tuple(f"edge{i}" for i in range(len(self.polygon.offsets)))
+        return self._labels
 
     @property
     def units(self) -> tuple[str, ...]:
         """Metres."""
         return ("m",) * len(self.polygon.offsets)
 
-    def rows(self, kin: Kinematics, t: float) -> Rows:
-        """Return one upper-bounded row an edge."""
-        A = self.polygon.normals @ kin.J_com[:2]
-        upper = self.rate * (self._room(kin) - self.margin)
-        return Rows(self.name, "m/s", self.labels, A, self._lower, upper)
+    @property
+    def numbers(self) -> Array:
+        """The normal (2) and the offset of each edge, moved in by the margin."""
+        edges = self.polygon
+        return np.column_stack((edges.normals, edges.offsets - self.margin))
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [m] the centre of mass is beyond each edge moved in by the margin."""
@@ -50,3 +53,23 @@ class ComPolygonTask(Task):
 
     def _room(self, kin: Kinematics) -> Array:
         return self.polygon.offsets - self.polygon.normals @ kin.p_world_com[:2]
+
+
+@compiled
+def com_rows(
+    com: np.ndarray,
+    J_com: np.ndarray,
+    edges: np.ndarray,
+    rate: float,
+    A: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    at: int,
+) -> None:
+    """Write `n . J_com v <= rate * (offset - n . com)` for each edge (n_x, n_y, offset)."""
+    for i in range(edges.shape[0] // 3):
+        nx, ny, offset = edges[3 * i], edges[3 * i + 1], edges[3 * i + 2]
+        for c in range(J_com.shape[1]):
+            A[at + i, c] = nx * J_com[0, c] + ny * J_com[1, c]
+        lower[at + i] = -np.inf
+        upper[at + i] = rate * (offset - nx * com[0] - ny * com[1])

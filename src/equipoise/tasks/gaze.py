@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from equipoise.hqp import Rows
+from equipoise.compilation import compiled, entrance
 from equipoise.kinematics import Kinematics
-from equipoise.spatial import Array, skew
-from equipoise.tasks.base import Task
+from equipoise.kinematics_kernels import add_point_row
+from equipoise.spatial import Array
+from equipoise.spatial_kernels import turned, turned_back
+from equipoise.tasks.base import KernelTask
 from equipoise.tasks.trajectory import PoseTrajectory
 
 _NEAREST = 1e-3  # [m] a point closer to the camera than this has no direction
 
 
-class GazeTask(Task):
+class GazeTask(KernelTask):
     """Turn the x axis of the camera frame to the origin of a moving target.
 
     The direction d of the target in camera axes is (1, 0, 0) when looked at; the error is the
@@ -23,44 +27,83 @@ class GazeTask(Task):
 
     labels = ("left", "up")
     units = ("rad", "rad")
+    row_unit = "rad/s"
+    kernel = "gaze"
 
     def __init__(
         self, name: str, camera_id: int, target: PoseTrajectory, *, rate: float = 5.0
     ) -> None:
         super().__init__(name)
-        self.camera_id = camera_id
+        self.camera_id = self.frame = camera_id
         self.target = target
         self.rate = rate
 
-    def rows(self, kin: Kinematics, t: float) -> Rows:
-        """Return two equality rows: rates of (d_y, d_z)."""
-        sample = self.target.at(t)
-        ray, R = self._ray(kin, sample.T_world_target.translation)
-        distance = max(float(np.linalg.norm(ray)), _NEAREST)
-        direction = ray / distance
-        J = kin.jacobian(self.camera_id)
-        across = (np.eye(3)[1:] - np.outer(direction[1:], direction)) / distance
-        turned = across @ R.T
-        A = (across @ skew(ray) @ R.T) @ J[3:] - turned @ J[:3]
-        feedforward = turned @ sample.twist_world[:3]
-        wanted = -self.rate * _angle_error(direction) - feedforward
-        return Rows(self.name, "rad/s", self.labels, A, wanted, wanted)
-
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return the angle [rad] to the target, split into left and up (2,)."""
-        ray, _ = self._ray(kin, self.target.at(t).T_world_target.translation)
-        return _angle_error(ray / max(float(np.linalg.norm(ray)), _NEAREST))
-
-    def _ray(self, kin: Kinematics, p_world_target: Array) -> tuple[Array, Array]:
-        T_world_camera = kin.placement(self.camera_id)
-        R = T_world_camera.rotation
-        return R.T @ (p_world_target - T_world_camera.translation), R
+        return gaze_error(kin.live.frames[self.camera_id], self.target.row(t))
 
 
-def _angle_error(direction: Array) -> Array:
-    sideways = direction[1:]
-    sine = float(np.linalg.norm(sideways))
+@compiled
+def gaze_rows(
+    columns: np.ndarray,
+    carried: np.ndarray,
+    T: np.ndarray,
+    target: np.ndarray,
+    rate: float,
+    A: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    at: int,
+) -> None:
+    """Write the rates of (d_y, d_z) of a camera at T.
+
+    A body point that now lies at the target moves, seen from the camera, against the target: so
+    the rows are minus its speed along the two directions across the ray, over the distance.
+    """
+    ray, across = np.empty(3), np.empty((2, 3))
+    distance = look(T, target, ray)
+    for k in range(2):
+        x, y, z = -ray[k + 1] * ray[0], -ray[k + 1] * ray[1], -ray[k + 1] * ray[2]
+        if k == 0:
+            y += 1.0
+        else:
+            z += 1.0
+        x, y, z = turned(T, x / distance, y / distance, z / distance)
+        across[k, 0], across[k, 1], across[k, 2] = x, y, z
+        for c in range(columns.shape[0]):
+            A[at + k, c] = 0.0
+        add_point_row(columns, carried, target[9:12], across[k], -1.0, A, at + k)
+    left, up = angles(ray)
+    for k in range(2):
+        fed = across[k, 0] * target[12] + across[k, 1] * target[13] + across[k, 2] * target[14]
+        lower[at + k] = -rate * (left if k == 0 else up) - fed
+        upper[at + k] = lower[at + k]
+
+
+@entrance
+def gaze_error(T: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Return the angle to the target, split into left and up (2,), of a camera at T."""
+    ray = np.empty(3)
+    look(T, target, ray)
+    return np.array(angles(ray))
+
+
+@compiled
+def look(T: np.ndarray, target: np.ndarray, ray: np.ndarray) -> float:
+    """Write the direction to the target in camera axes; return its distance."""
+    x, y, z = turned_back(T, target[9] - T[9], target[10] - T[10], target[11] - T[11])
+    distance = max(math.sqrt(x * x + y * y + z * z), _NEAREST)
+    ray[0], ray[1], ray[2] = x / distance, y / distance, z / distance
+    return distance
+
+
+@compiled
+def angles(direction: np.ndarray) -> tuple[float, float]:
+    """Return the angle between a direction and the x axis, split along y and z."""
+    sine = math.sqrt(direction[1] ** 2 + direction[2] ** 2)
     if sine < 1e-9:
-        behind = direction[0] < 0.0
-        return np.array([np.pi, 0.0]) if behind else sideways.copy()
-    return sideways * (np.arctan2(sine, direction[0]) / sine)
+        if direction[0] < 0.0:
+            return math.pi, 0.0
+        return direction[1], direction[2]
+    stretch = math.atan2(sine, direction[0]) / sine
+    return direction[1] * stretch, direction[2] * stretch

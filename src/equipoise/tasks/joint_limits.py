@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.hqp import Rows
+from equipoise.compilation import compiled
 from equipoise.kinematics import Kinematics
+from equipoise.kinematics_kernels import joint_rows
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks.base import Task
+from equipoise.tasks.base import KernelTask
 
 
-class JointLimitsTask(Task):
+class JointLimitsTask(KernelTask):
     """Bound each joint velocity by the velocity limit and by the room to the position limits.
 
     `rate * (q_min + margin - q) <= v <= rate * (q_max - margin - q)`: a limit moved in by
     `margin` [rad] is approached exponentially and not crossed while `rate * dt <= 1`.
     `velocity_share` in (0, 1] is the part of the velocity limit that may be used.
     """
+
+    row_unit = "rad/s"
+    kernel = "joint_limits"
 
     def __init__(
         self,
@@ -36,8 +40,6 @@ class JointLimitsTask(Task):
         self.q_low = robot.q_min + inset
         self.q_high = robot.q_max - inset
         self.v_share = velocity_share * robot.v_max
-        self._A = np.hstack((np.zeros((robot.na, 6)), np.eye(robot.na)))
-        self._A.flags.writeable = False
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -49,14 +51,31 @@ class JointLimitsTask(Task):
         """Radians (metres for a prismatic joint)."""
         return ("rad",) * len(self.labels_)
 
-    def rows(self, kin: Kinematics, t: float) -> Rows:
-        """Return one two-sided row a joint. Outside a limit the row asks to come back."""
-        q = kin.q[7:]
-        upper = np.clip(self.rate * (self.q_high - q), -self.v_share, self.v_share)
-        lower = np.clip(self.rate * (self.q_low - q), -self.v_share, self.v_share)
-        return Rows(self.name, "rad/s", self.labels_, self._A, lower, upper)
+    @property
+    def numbers(self) -> Array:
+        """Lower and upper positions, and the speeds, of all joints."""
+        return np.concatenate((self.q_low, self.q_high, self.v_share))
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [rad] each joint is beyond its limits moved in by the margin."""
         q = kin.q[7:]
         return np.maximum(0.0, np.maximum(self.q_low - q, q - self.q_high))
+
+
+@compiled
+def limit_rows(
+    q: np.ndarray,
+    limits: np.ndarray,
+    rate: float,
+    A: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    at: int,
+) -> None:
+    """Write the bounds of each joint's velocity; `limits` as `JointLimitsTask.numbers`."""
+    na = limits.shape[0] // 3
+    joint_rows(A, at, na)
+    for i in range(na):
+        v_max = limits[2 * na + i]
+        lower[at + i] = min(max(rate * (limits[i] - q[7 + i]), -v_max), v_max)
+        upper[at + i] = min(max(rate * (limits[na + i] - q[7 + i]), -v_max), v_max)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from equipoise.compilation import compiled
 from equipoise.errors import ShapeError
-from equipoise.hqp import Rows
 from equipoise.kinematics import Kinematics
+from equipoise.kinematics_kernels import joint_rows
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks.base import Task
+from equipoise.tasks.base import KernelTask
 
 
-class PostureTask(Task):
+class PostureTask(KernelTask):
     """Draw the joints to `q_joints` (na,) with `rate` [1/s]: `v_j = rate * (q_joints - q)_j`."""
+
+    row_unit = "rad/s"
+    kernel = "posture"
 
     def __init__(self, name: str, robot: Robot, q_joints: Array, *, rate: float = 1.0) -> None:
         super().__init__(name)
@@ -22,8 +26,6 @@ class PostureTask(Task):
         self.labels_ = robot.joint_names
         self.q_joints = q_joints.copy()
         self.rate = rate
-        self._A = np.hstack((np.zeros((robot.na, 6)), np.eye(robot.na)))
-        self._A.flags.writeable = False
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -35,11 +37,28 @@ class PostureTask(Task):
         """Radians (metres for a prismatic joint)."""
         return ("rad",) * len(self.labels_)
 
-    def rows(self, kin: Kinematics, t: float) -> Rows:
-        """Return one equality row a joint."""
-        wanted = self.rate * self.error(kin, t)
-        return Rows(self.name, "rad/s", self.labels_, self._A, wanted, wanted)
+    @property
+    def numbers(self) -> Array:
+        """The wanted joint positions."""
+        return self.q_joints
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return (na,) [rad]: the way to the posture."""
         return self.q_joints - kin.q[7:]
+
+
+@compiled
+def posture_rows(
+    q: np.ndarray,
+    q_joints: np.ndarray,
+    rate: float,
+    A: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    at: int,
+) -> None:
+    """Write `v_j = rate * (q_joints - q)_j` for each joint."""
+    joint_rows(A, at, len(q_joints))
+    for i in range(len(q_joints)):
+        lower[at + i] = rate * (q_joints[i] - q[7 + i])
+        upper[at + i] = lower[at + i]

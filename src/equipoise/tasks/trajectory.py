@@ -9,10 +9,18 @@ from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
-from scipy.interpolate import BSpline, make_interp_spline
+from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
+from equipoise.compilation import entrance
 from equipoise.errors import InputError
-from equipoise.spatial import Array, skew
+from equipoise.spatial import Array, pose_row
+from equipoise.spatial_kernels import (
+    compose,
+    crossed,
+    rotation_matrix,
+    rotation_rate,
+    turned,
+)
 
 
 @dataclass(frozen=True)
@@ -30,16 +38,42 @@ class PoseTrajectory(ABC):
     def at(self, t: float) -> PoseSample:
         """Return the pose and its rate at time `t` [s]."""
 
+    def row(self, t: float) -> Array:
+        """Return the same as kernels read it (18,): a pose row and the twist.
+
+        It may be overwritten when the next time is asked for.
+        """
+        sample = self.at(t)
+        return np.concatenate((pose_row(sample.T_world_target), sample.twist_world))
+
+
+class CompiledTrajectory(PoseTrajectory):
+    """A trajectory that is evaluated by a kernel."""
+
+    @abstractmethod
+    def row(self, t: float) -> Array:
+        """Return pose row and twist (18,) at time `t` [s]."""
+
+    def at(self, t: float) -> PoseSample:
+        """Return the pose and its rate at time `t` [s]."""
+        row = self.row(t)
+        T = pin.SE3(row[:9].reshape(3, 3).T.copy(), row[9:12].copy())
+        return PoseSample(T, row[12:].copy())
+
 
 @dataclass(frozen=True)
-class FixedPose(PoseTrajectory):
+class FixedPose(CompiledTrajectory):
     """A pose that does not move."""
 
     T_world_target: pin.SE3
 
-    def at(self, t: float) -> PoseSample:
-        """Return the same pose at any time."""
-        return PoseSample(self.T_world_target, np.zeros(6))
+    def __post_init__(self) -> None:
+        row = np.concatenate((pose_row(self.T_world_target), np.zeros(6)))
+        object.__setattr__(self, "_row", row)
+
+    def row(self, t: float) -> Array:
+        """Return the same row at any time."""
+        return self._row
 
 
 @dataclass(frozen=True)
@@ -51,7 +85,7 @@ class Waypoint:
     stop: bool = False
 
 
-class WaypointTrajectory(PoseTrajectory):
+class WaypointTrajectory(CompiledTrajectory):
     """Minimum jerk through waypoints: at rest at both ends and at those marked `stop`.
 
     Between rests, position and rotation vector (relative to the first waypoint) are the quintic
@@ -67,20 +101,23 @@ class WaypointTrajectory(PoseTrajectory):
             raise InputError("waypoint times must increase", given=times)
         self.waypoints = tuple(waypoints)
         first_time = float(times[0])
-        self._R_start = waypoints[0].T_world_target.rotation
         coordinates = self._coordinates()
-        self._pieces = [
-            _Piece.through(np.array(times[a : b + 1]), coordinates[a : b + 1])
-            for a, b in self._rests()
+        self._first_time = first_time
+        self._last_time = float(times[-1])
+        splines = [
+            _spline(np.array(times[a : b + 1]), coordinates[a : b + 1]) for a, b in self._rests()
         ]
-        self._ends = np.array([piece.t_end for piece in self._pieces])
-        self._asked, self._answer = first_time, self._sample(first_time)
+        self._starts, self._powers = _joined(splines, coordinates[0], first_time)
+        self._start = pose_row(waypoints[0].T_world_target)
+        self._end = pose_row(waypoints[-1].T_world_target)
+        self._asked, self._row = np.nan, np.zeros(18)
 
     def _coordinates(self) -> Array:
         rows = []
+        R_start = self.waypoints[0].T_world_target.rotation
         previous = np.zeros(3)
         for w in self.waypoints:
-            rotation = pin.log3(self._R_start.T @ w.T_world_target.rotation)
+            rotation = pin.log3(R_start.T @ w.T_world_target.rotation)
             rotation = _nearest_branch(rotation, previous)
             previous = rotation
             rows.append(np.concatenate((w.T_world_target.translation, rotation)))
@@ -91,44 +128,41 @@ class WaypointTrajectory(PoseTrajectory):
         rests = [0, *(i for i, w in enumerate(self.waypoints) if w.stop and 0 < i < last), last]
         return list(pairwise(rests)) if last > 0 else []
 
-    def at(self, t: float) -> PoseSample:
-        """Return the pose and its rate at time `t` [s].
+    def row(self, t: float) -> Array:
+        """Return pose row and twist (18,) at time `t` [s].
 
         The last answer is kept: several tasks ask for the same object at the same time.
         """
         if self._asked != t:
-            self._answer = self._sample(t)
             self._asked = t
-        return self._answer
+            if t <= self._first_time:
+                self._rest(self._start)
+            elif t >= self._last_time:
+                self._rest(self._end)
+            else:
+                waypoint_row(self._starts, self._powers, self._start, t, self._row)
+        return self._row
 
-    def _sample(self, t: float) -> PoseSample:
-        first, last = self.waypoints[0], self.waypoints[-1]
-        if t <= first.t or not self._pieces:
-            return PoseSample(first.T_world_target, np.zeros(6))
-        if t >= last.t:
-            return PoseSample(last.T_world_target, np.zeros(6))
-        piece = self._pieces[int(np.searchsorted(self._ends, t))]
-        x, rate = piece.position(t), piece.rate(t)
-        R = self._R_start @ pin.exp3(x[3:])
-        twist = np.concatenate((rate[:3], R @ (pin.Jexp3(x[3:]) @ rate[3:])))
-        return PoseSample(pin.SE3(R, x[:3]), twist)
+    def _rest(self, pose: Array) -> None:
+        self._row[:12] = pose
+        self._row[12:] = 0.0
 
 
 @dataclass(frozen=True)
-class AttachedTrajectory(PoseTrajectory):
+class AttachedTrajectory(CompiledTrajectory):
     """A frame rigidly attached to a moving body, at `T_body_frame`."""
 
     body: PoseTrajectory
     T_body_frame: pin.SE3
 
-    def at(self, t: float) -> PoseSample:
-        """Return the pose and rate of the attached frame at time `t` [s]."""
-        sample = self.body.at(t)
-        T_world_body = sample.T_world_target
-        lever = T_world_body.rotation @ self.T_body_frame.translation
-        twist = sample.twist_world.copy()
-        twist[:3] -= skew(lever) @ twist[3:]
-        return PoseSample(T_world_body * self.T_body_frame, twist)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_attached", pose_row(self.T_body_frame))
+        object.__setattr__(self, "_row", np.zeros(18))
+
+    def row(self, t: float) -> Array:
+        """Return pose row and twist (18,) of the attached frame at time `t` [s]."""
+        attached_row(self.body.row(t), self._attached, self._row)
+        return self._row
 
 
 @dataclass(frozen=True)
@@ -161,19 +195,57 @@ class TravelTrajectory(PoseTrajectory):
         return PoseSample(moved, twist)
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """One rest-to-rest spline."""
+def _spline(times: Array, points: Array) -> PPoly:
+    """Return the quintic through `points` (k, 6) at `times` [s], at rest at both ends."""
+    rest = [(1, np.zeros(points.shape[1])), (2, np.zeros(points.shape[1]))]
+    whole = make_interp_spline(times, points, k=5, bc_type=(rest, rest))
+    each = [PPoly.from_spline(BSpline(whole.t, column, whole.k)) for column in whole.c.T]
+    return PPoly(np.stack([one.c for one in each], axis=2), each[0].x)
 
-    t_end: float
-    position: BSpline
-    rate: BSpline
 
-    @classmethod
-    def through(cls, times: Array, points: Array) -> _Piece:
-        rest = [(1, np.zeros(points.shape[1])), (2, np.zeros(points.shape[1]))]
-        spline = make_interp_spline(times, points, k=5, bc_type=(rest, rest))
-        return cls(float(times[-1]), spline, spline.derivative())
+def _joined(splines: Sequence[PPoly], first: Array, t: float) -> tuple[Array, Array]:
+    """Return where pieces start (n,) [s] and their powers (n, 6, 6), highest first, by time."""
+    starts, powers = [np.array([t])], [np.zeros((1, 6, 6))]
+    powers[0][0, 5] = first
+    for spline in splines:
+        real = np.flatnonzero(np.diff(spline.x) > 0.0)  # the knots at the ends are repeated
+        starts.append(spline.x[real])
+        powers.append(np.ascontiguousarray(spline.c.transpose(1, 0, 2)[real]))
+    return np.concatenate(starts), np.concatenate(powers)
+
+
+@entrance
+def waypoint_row(
+    starts: np.ndarray, powers: np.ndarray, T_start: np.ndarray, t: float, row: np.ndarray
+) -> None:
+    """Write pose row and twist [18] of position and rotation vector that are piecewise powers."""
+    k = len(starts) - 1
+    while k > 0 and starts[k] > t:
+        k -= 1
+    since = t - starts[k]
+    x, rate = np.zeros(6), np.zeros(6)
+    for power in range(powers.shape[1]):
+        for i in range(6):
+            rate[i] = rate[i] * since + x[i]
+            x[i] = x[i] * since + powers[k, power, i]
+    turn = np.empty((3, 3))
+    rotation_matrix(x[3], x[4], x[5], turn)
+    for i in range(3):
+        row[9 + i], row[12 + i] = x[i], rate[i]
+        column = turned(T_start, turn[0, i], turn[1, i], turn[2, i])
+        row[3 * i], row[3 * i + 1], row[3 * i + 2] = column
+    wx, wy, wz = rotation_rate(x[3], x[4], x[5], rate[3], rate[4], rate[5])
+    row[15], row[16], row[17] = turned(T_start, wx, wy, wz)
+
+
+@entrance
+def attached_row(body: np.ndarray, attached: np.ndarray, row: np.ndarray) -> None:
+    """Write pose row and twist [18] of a frame at `attached` [12] on a moving body."""
+    compose(body, attached, row)
+    rx, ry, rz = row[9] - body[9], row[10] - body[10], row[11] - body[11]
+    cx, cy, cz = crossed(body[15], body[16], body[17], rx, ry, rz)
+    row[12], row[13], row[14] = body[12] + cx, body[13] + cy, body[14] + cz
+    row[15], row[16], row[17] = body[15], body[16], body[17]
 
 
 def _nearest_branch(rotation: Array, previous: Array) -> Array:

@@ -2,37 +2,50 @@
 
 Numba keeps compiled code by the time stamp of the one file that a function stands in, and would
 go on using it after a change in a file that the function calls into. Here it is kept in a folder
-named after the contents of all files of the room, in the user's cache.
+named after the contents of all files that a kernel of its room can be made of, in the user's cache.
 """
 
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numba
 
+LOG = logging.getLogger(__name__)
+
 FAST = {"reassoc", "contract", "nsz"}
+PACKAGE = Path(__file__).parent
+_MARK = b"equipoise.compilation import"
 
 
-def kept_in() -> Path:
-    """Return the folder for the compiled kernels of exactly these sources."""
+@cache
+def kept_in(room: Path) -> Path:
+    """Return the folder for the compiled kernels of a room (folder), for exactly these sources.
+
+    A kernel may call those of its own room and of the modules beside the rooms.
+    """
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*kernels.py")):
-        digest.update(path.read_bytes())
+    for path in sorted({*PACKAGE.glob("*.py"), *room.glob("*.py")}):
+        source = path.read_bytes()
+        if _MARK in source and path != Path(__file__):
+            digest.update(source)
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
     base = Path(home) if home else Path.home() / ".cache"
-    return base / "equipoise" / f"kernels-{digest.hexdigest()[:16]}"
+    return base / "equipoise" / f"{room.name}-{digest.hexdigest()[:16]}"
 
 
-FOLDER = kept_in()
-
-
-def is_kept() -> bool:
-    """Tell whether compiled kernels of these sources are there, or none are needed."""
-    return bool(numba.config.DISABLE_JIT) or any(FOLDER.glob("**/*.nbc"))
+@cache
+def announce(room: Path) -> None:
+    """Say once what takes so long if the kernels of a room were never compiled."""
+    if not (numba.config.DISABLE_JIT or any(kept_in(room).glob("**/*.nbc"))):
+        LOG.warning(
+            "Compiling the kernels of %r, once and for all: about half a minute.", room.name
+        )
 
 
 def compiled(function: Callable) -> Callable:
@@ -52,7 +65,7 @@ def inlined(function: Callable) -> Callable:
 
 def _kept(function: Callable, **options: bool) -> Callable:
     before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(FOLDER)
+    numba.config.CACHE_DIR = str(kept_in(Path(function.__code__.co_filename).parent))
     try:
         return numba.njit(cache=True, error_model="numpy", fastmath=FAST, **options)(function)
     except RuntimeError:  # nowhere to write

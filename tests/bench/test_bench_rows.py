@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib.util
 import json
+from pathlib import Path
 
 import pytest
 
@@ -98,3 +100,14 @@ def test_nothing_in_common_is_an_error():
 def test_median_and_tail_are_those_of_the_times():
     row = row_of("a", [1000 * k for k in range(1, 102)])
     assert (row.median_us, row.p99_us, row.ticks) == (51.0, 100.0, 101)
+
+
+def test_the_page_shows_the_kept_results():
+    place = Path(__file__).parents[2] / "docs" / "benchmark_tables.py"
+    spec = importlib.util.spec_from_file_location("benchmark_tables", place)
+    tables = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tables)
+    text = tables.PAGE.read_text(encoding="utf-8")
+    assert text == tables.filled(text, read_rows(tables.KEPT)), (
+        "docs/benchmarks.md is old: run python docs/benchmark_tables.py"
+    )

@@ -34,8 +34,9 @@ def stands(log) -> bool:
 
 @pytest.fixture(scope="module")
 def pressing():
-    """The press from nothing, long enough to have settled."""
-    return simulate("press", "control.start=released", "duration=1.1")
+    """The press from nothing on a smooth wall, long enough to have settled."""
+    smooth = "physics.mujoco.hand_friction=0.001"
+    return simulate("press", "control.start=released", "duration=1.1", smooth)
 
 
 def test_from_nothing_the_weight_is_caught_within_half_a_second(pressing):

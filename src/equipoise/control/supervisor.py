@@ -71,7 +71,8 @@ class Supervisor:
 
     `filter_time` [s] is that of the `ReactionObserver` through which the law sees its supporting
     reaction. With `bounds` the base wrench is shared out by a `BoundedDistribution` instead of
-    the law's own least costly one; `distribution` is the last.
+    the law's own least costly one; `distribution` is the last, and `notes` says once for each sole
+    what it was about to do.
     """
 
     def __init__(
@@ -87,6 +88,7 @@ class Supervisor:
         self.observer = ReactionObserver(filter_time, controller.dt)
         self.bounds = bounds
         self.distribution: Distribution | None = None
+        self.notes: dict[str, float] = {}
         self._evaluator = KinematicsEvaluator(controller.robot)
         self.mode = Mode.RUN
         self.changes: list[ModeChange] = []
@@ -150,6 +152,8 @@ class Supervisor:
         J = np.vstack([sole.jacobian(kin) for sole in soles])
         found = distribute(command.u[:6], J[:, :6], lam_0)
         self.distribution = found
+        for warning in found.warnings:
+            self.notes.setdefault(warning, t)
         wanted = (command.u - J.T @ found.F)[6:]
         if not np.isfinite(wanted).all():
             return command

@@ -76,8 +76,10 @@ class Rig:
 
     @property
     def story(self) -> tuple[str, ...]:
-        """Every change of the mode, in sentences."""
-        return tuple(str(change) for change in self.supervisor.changes)
+        """Every change of the mode, and what soles were about to do, in sentences."""
+        notes = self.supervisor.notes
+        near = (f"t = {t:.3f} s: {what}, if it goes on like this" for what, t in notes.items())
+        return (*(str(change) for change in self.supervisor.changes), *near)
 
     def control(self, t: float, state: PhysicsState, target: Target) -> Command:
         """Return the command at time `t` [s]: measured, supervised, perhaps a tick too late."""

@@ -16,7 +16,9 @@ from equipoise.motion import MotionGenerator
 from equipoise.motion.generator import build_hierarchy
 
 _EQUALITY, _NO_BOUND = 5, 1e30
-_SOFTNESS = 1e-6  # at which DAQP answers every tick here; with 1e-10 it gives up some, and is slower
+_SOFTNESS = (
+    1e-6  # at which DAQP answers every tick here; with 1e-10 it gives up some, and is slower
+)
 _DAQP_ANSWERED = (1, 2)
 
 

@@ -55,9 +55,7 @@ class Tick:
     def error(self, k):
         """Return the largest distance [m] of a link from its target of tick k."""
         self.robot.update_kinematics()
-        return max(
-            float(np.abs(task.position().error()).max()) for task in self.follow.values()
-        )
+        return max(float(np.abs(task.position().error()).max()) for task in self.follow.values())
 
 
 def _pose(q):

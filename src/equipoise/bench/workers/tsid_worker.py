@@ -69,9 +69,11 @@ class Tick:
         posture = tsid.TaskJointPosture("posture", self.robot)
         posture.setKp(GAIN * np.ones(self.robot.nv - 6))
         posture.setKd(2.0 * np.sqrt(GAIN) * np.ones(self.robot.nv - 6))
-        posture.setReference(tsid.TrajectoryEuclidianConstant(
-            "rest", self._order(task, "q_posture")[7:]
-        ).computeNext())
+        posture.setReference(
+            tsid.TrajectoryEuclidianConstant(
+                "rest", self._order(task, "q_posture")[7:]
+            ).computeNext()
+        )
         self.form.addMotionTask(posture, 1e-3, 1, 0.0)
         bounds = tsid.TaskJointBounds("bounds", self.robot, self.dt)
         ours = dict(zip(task["joints"], task["velocity_max"]))

@@ -37,6 +37,10 @@ BELOW = {
     "motion": {*KINEMATIC, "hqp", "tasks"},
     "control": {*KINEMATIC, "contacts"},
     "physics": {*KINEMATIC, "contacts", "world"},
+    "bench": {
+        *(*KINEMATIC, "world", "contacts", "tasks", "hqp", "motion", "control", "physics"),
+        *("scenarios", "console"),
+    },
 }
 
 

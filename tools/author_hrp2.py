@@ -299,7 +299,7 @@ def extras(facts: dict) -> str:
     rows.append("palms:")
     for side in ("left", "right"):
         rows += [f"  - name: {side}_palm", f"    frame: {side}_palm", f"    skin: {PALM_SKIN}"]
-    rows += ["camera: camera", f"summary: \"{SUMMARY}\"", "parts:"]
+    rows += ["camera: camera", f'summary: "{SUMMARY}"', "parts:"]
     rows += [f"  {part}: {links}" for part, links in PARTS.items()]
     return "\n".join([*rows, ""])
 

@@ -241,6 +241,68 @@ def explain(
 
 
 @cli.command()
+@click.option("--robot", "robots", multiple=True, metavar="ROBOT", help="Robot [hrp2]; repeatable.")
+@click.option("--json", "to", type=click.Path(path_type=Path), help="Write the rows to this file.")
+@click.option("--compare", "kept", type=click.Path(path_type=Path), help="Kept rows.")
+@click.option("--peer-python", "pythons", multiple=True, metavar="NAME=PATH", help="See below.")
+@click.option("--quick", is_flag=True, help="A few ticks: shows that it works, measures nothing.")
+@click.option("--growth", "grows", is_flag=True, help="Also how time grows with the problem.")
+@click.option("--memory", type=click.IntRange(min=100), metavar="TICKS", help="Only: does it grow?")
+def bench(
+    robots: tuple[str, ...],
+    to: Path | None,
+    kept: Path | None,
+    pythons: tuple[str, ...],
+    quick: bool,
+    grows: bool,
+    memory: int | None,
+) -> None:
+    """Time the tick, its parts and every peer that is installed, in turns in one process.
+
+    PlaCo and TSID need a Python of their own: --peer-python placo=PATH. With --compare it ends
+    with 1 if a ratio of ours to another's is worse than the kept one by more than a third.
+    Example: equipoise bench --robot hrp2 --robot talos --json rows.json
+    """
+    from equipoise.bench.threads import pin_threads
+
+    pin_threads()
+    from equipoise.bench.command import bench_memory, bench_times
+
+    names = robots or ("hrp2",)
+    if memory is not None:
+        passed = bench_memory(names, memory)
+    else:
+        passed = bench_times(names, pythons, quick=quick, grows=grows, to=to, kept=kept)
+    sys.exit(PASSED if passed else NOT_PASSED)
+
+
+@cli.command()
+@click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
+@click.option("--to", type=click.Path(path_type=Path), help="File to write [RUN/video.mp4].")
+@click.option("--fps", type=click.IntRange(1, 120), default=25, show_default=True)
+def render(run_folder: Path, to: Path | None, fps: int) -> None:
+    """Make an MP4 video of RUN, without a display.
+
+    Where that cannot be done, a strip of pictures is drawn instead, and the reason is told.
+    """
+    from equipoise.analysis.video import NoVideoError, write_video
+    from equipoise.console import Progress
+    from equipoise.runlog import load_run
+
+    loaded = load_run(run_folder)
+    path = to if to is not None else loaded.folder / "video.mp4"
+    try:
+        with Progress() as progress:
+            click.echo(write_video(loaded, path, fps=fps, report=lambda x: progress("drawing", x)))
+    except NoVideoError as error:
+        from equipoise.analysis.snapshots import snapshot_strip
+        from equipoise.analysis.style import save
+
+        click.echo(f"No video: {error}. A strip of pictures instead:", err=True)
+        click.echo(save(snapshot_strip(loaded), path.with_suffix(".png")))
+
+
+@cli.command()
 @click.argument("groups", nargs=-1, metavar="[GROUP...]")
 @click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
 def verify(groups: tuple[str, ...], as_json: bool) -> None:

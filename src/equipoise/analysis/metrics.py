@@ -7,12 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.analysis.object_metrics import (
-    mode_worst,
-    object_end_error,
-    object_end_speed,
-    object_tilt,
-)
+from equipoise.analysis.object_metrics import OBJECT_METRICS
 from equipoise.contacts import ReactionMargins
 from equipoise.runlog import Run
 from equipoise.scenarios import schema
@@ -300,11 +295,6 @@ _ALL = (
     Metric("slack_level0", "", "largest |w| of level 0", lambda c: c.run["slack"][:, 0].max()),
 )
 
-_OBJECTS = (
-    Metric("object_tilt", "rad", "largest lean of a free object", object_tilt),
-    Metric("object_end_error", "m", "free object from its target at the end", object_end_error),
-    Metric("object_end_speed", "m/s", "its speed in the last 0.1 s", object_end_speed),
-    Metric("mode_worst", "", "0 run, 1 degraded, 2 safe, 3 stopped", mode_worst),
-)
+_OBJECTS = tuple(Metric(*row) for row in OBJECT_METRICS)
 
 METRICS = {metric.name: metric for metric in (*_ALL, *_OBJECTS)}

@@ -45,3 +45,11 @@ def object_end_error(context: Any) -> float | None:
 def mode_worst(context: Any) -> float | None:
     """Return the worst mode of the supervisor: 0 run, 1 degraded, 2 safe, 3 stopped."""
     return float(context.run["mode"].max()) if "mode" in context.run.names else None
+
+
+OBJECT_METRICS = (  # name, unit, what it says, how it is computed
+    ("object_tilt", "rad", "largest lean of a free object", object_tilt),
+    ("object_end_error", "m", "free object from its target at the end", object_end_error),
+    ("object_end_speed", "m/s", "its speed in the last 0.1 s", object_end_speed),
+    ("mode_worst", "", "0 run, 1 degraded, 2 safe, 3 stopped", mode_worst),
+)

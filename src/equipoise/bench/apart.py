@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import subprocess
@@ -49,11 +50,8 @@ class ApartPeer:
 
     def run(self, first: int, count: int) -> dict[str, list[int]]:
         """Let the worker run its ticks; it times each itself."""
-        stdin = self._process.stdin
-        try:
-            print(first, count, file=stdin, flush=True)
-        except OSError:
-            pass  # its last words say why, see below
+        with contextlib.suppress(OSError):  # then its last words say why, see below
+            print(first, count, file=self._process.stdin, flush=True)
         answer = self._answer()
         self.failures[self.row] += answer["failures"]
         return {self.row: answer["ns"]}

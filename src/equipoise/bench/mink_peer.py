@@ -12,9 +12,11 @@ import mujoco
 import numpy as np
 
 from equipoise.bench.problem import FEET, Problem
+from equipoise.bench.race import TURN
 from equipoise.physics.mujoco import MujocoOptions
 from equipoise.physics.mujoco.conversion import StateConversion
 from equipoise.physics.mujoco.robot_model import add_robot, place
+from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask
 
 FEET_COST, HAND_COST, POSTURE_COST = 100.0, 1.0, 1e-3
@@ -24,7 +26,7 @@ SOLVER = "daqp"
 class MinkPeer:
     """One velocity a tick, integrated; the targets are computed outside of the clock."""
 
-    turn = 1
+    turn = TURN
 
     def __init__(self, problem: Problem, *, collisions: bool) -> None:
         self.problem = problem
@@ -52,8 +54,15 @@ class MinkPeer:
             self._limits.append(_avoidance(problem, model, names))
 
     def run(self, first: int, count: int) -> dict[str, list[int]]:
-        """Run one tick."""
-        t, dt = first * self.problem.dt, self.problem.dt
+        """Run ticks."""
+        dt = self.problem.dt
+        return {self.row: [self._tick(k * dt, dt) for k in range(first, first + count)]}
+
+    def place_of(self, task: str) -> Array:
+        """Return where the frame of a task is now (3,) [m]."""
+        return self._configuration.get_transform_frame_to_world(task, "site").translation()
+
+    def _tick(self, t: float, dt: float) -> int:
         for follow, target in self._frames:
             matrix = target.at(t).T_world_target.homogeneous
             follow.set_target(mink.SE3.from_matrix(matrix))
@@ -65,7 +74,7 @@ class MinkPeer:
             self._configuration.integrate_inplace(v, dt)
         except mink.MinkError:
             self.failures[self.row] += 1
-        return {self.row: [perf_counter_ns() - began]}
+        return perf_counter_ns() - began
 
 
 def _model(problem: Problem) -> tuple[Any, dict[str, str]]:

@@ -1,53 +1,79 @@
-"""Our own tick in the race: the whole, its parts, the engine, and DAQP on the same rows."""
+"""Our own tick in the race: the whole, its parts and the engine; DAQP on the same rows."""
 
 from __future__ import annotations
 
+from collections import Counter
+from importlib.metadata import version
 from time import perf_counter_ns
 
 import daqp
 import numpy as np
 
 from equipoise.bench.problem import HANDS, Problem
+from equipoise.bench.race import TURN
 from equipoise.bench.thrown import throw_hands
 from equipoise.control import Measurement, Target
-from equipoise.hqp import Hierarchy, make_solver
-from equipoise.kinematics import KinematicsEvaluator
+from equipoise.hqp import Hierarchy, HierarchySolver, Solution, make_solver
 from equipoise.motion import MotionGenerator
-from equipoise.motion.generator import build_hierarchy
 
 _EQUALITY, _NO_BOUND = 5, 1e30
-_SOFTNESS = (
-    1e-6  # at which DAQP answers every tick here; with 1e-10 it gives up some, and is slower
-)
-_DAQP_ANSWERED = (1, 2)
+_SOFTNESS = 1e-6  # with it DAQP answers all ticks of the tray; with 1e-10 not, and more slowly
+_ANSWERED = (1, 2)
+
+
+class TimedSolver:
+    """Our solver, timed where it is called: `spent` [ns] is the last call's."""
+
+    def __init__(self) -> None:
+        self._solver: HierarchySolver = make_solver("active_set")
+        self.name = self._solver.name
+        self.spent = 0
+
+    def solve(self, hierarchy: Hierarchy) -> Solution:
+        """Return the solver's answer."""
+        began = perf_counter_ns()
+        solution = self._solver.solve(hierarchy)
+        self.spent = perf_counter_ns() - began
+        return solution
 
 
 class OwnTick:
     """The closed loop of the tray: motion, law and rigid engine; each timed, and its parts."""
 
-    turn = 1
+    turn = TURN
 
     def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        self.name = problem.name
+        self.problem, self._solver = problem, TimedSolver()
         simulation = problem.simulation
         self._motion = MotionGenerator(
-            problem.robot, problem.levels, make_solver("active_set"), problem.dt, problem.q_start
+            problem.robot, problem.levels, self._solver, problem.dt, problem.q_start
         )
         self._controller, self._engine = simulation.controller, simulation.engine
-        self._solver = make_solver("active_set")
-        self._evaluator = KinematicsEvaluator(problem.robot)
-        self.failures: dict[str, int] = {}
-        self.remarks = {
-            f"tick/{self.name}/tray": "motion generation and law",
-            f"tick/{self.name}/rows": "kinematics and rows of the hierarchy",
-            f"tick/{self.name}/law": "contacts, law and base wrench",
-            f"daqp/{self.name}/tray": _daqp_words(),
-        }
+        name = problem.name
+        self._names = (
+            f"tick/{name}/tray",
+            f"tick/{name}/rows",
+            f"hqp/{name}/tray",
+            f"tick/{name}/law",
+            f"rigid/{name}/tray",
+        )
+        self.failures: Counter[str] = Counter()
+        words = (
+            "the whole: motion generation and law",
+            "its kinematics, rows and integration",
+            "its hierarchy",
+            "its contacts, law and base wrench",
+            "the rigid engine's period, not part of the tick",
+        )
+        self.remarks = dict(zip(self._names, words, strict=True))
 
     def run(self, first: int, count: int) -> dict[str, list[int]]:
-        """Run one tick of the loop."""
-        t, name, state = first * self.problem.dt, self.name, self._engine.state
+        """Run ticks of the loop."""
+        times = [self._tick(k * self.problem.dt) for k in range(first, first + count)]
+        return {name: [ns[i] for ns in times] for i, name in enumerate(self._names)}
+
+    def _tick(self, t: float) -> tuple[int, ...]:
+        state = self._engine.state
         began = perf_counter_ns()
         step = self._motion.step(t)
         moved = perf_counter_ns()
@@ -56,67 +82,66 @@ class OwnTick:
         ended = perf_counter_ns()
         self._engine.step(command.tau)
         simulated = perf_counter_ns()
-        hierarchy = step.hierarchy
-        rows_ns = self._rows(t, step.q_ref, step.v_ref)
-        solve_ns, solved = timed_solve(self._solver, hierarchy)
-        daqp_ns, answered = timed_daqp(hierarchy)
-        self._count(f"hqp/{name}/tray", solved)
-        self._count(f"daqp/{name}/tray", answered)
-        return {
-            f"tick/{name}/tray": [ended - began],
-            f"tick/{name}/motion": [moved - began],
-            f"tick/{name}/rows": [rows_ns],
-            f"tick/{name}/law": [ended - moved],
-            f"hqp/{name}/tray": [solve_ns],
-            f"daqp/{name}/tray": [daqp_ns],
-            f"rigid/{name}/tray": [simulated - ended],
-        }
-
-    def _rows(self, t: float, q: np.ndarray, v: np.ndarray) -> int:
-        began = perf_counter_ns()
-        build_hierarchy(self.problem.levels, self._evaluator.at(q, v, t), t)
-        return perf_counter_ns() - began
-
-    def _count(self, row: str, well: bool) -> None:
-        self.failures[row] = self.failures.get(row, 0) + (not well)
+        self.failures[self._names[2]] += not _is_answer(step.solution)
+        spent = self._solver.spent
+        return ended - began, moved - began - spent, spent, ended - moved, simulated - ended
 
 
 class HardCase:
     """Motion generation alone, the hands thrown half a metre out of reach every ten ticks."""
 
-    turn = 1
+    turn = TURN
 
     def __init__(self, problem: Problem) -> None:
-        self.problem, self.name = problem, problem.name
+        self.problem, self._solver = problem, TimedSolver()
         levels = throw_hands(problem, HANDS)
+        self._motion = MotionGenerator(
+            problem.robot, levels, self._solver, problem.dt, problem.q_start
+        )
+        self._row = f"hqp/{problem.name}/hard"
+        self.failures: Counter[str] = Counter()
+        self._active: list[int] = []
+
+    @property
+    def remarks(self) -> dict[str, str]:
+        """How many bounds were active."""
+        return {self._row: f"median of {np.median(self._active or [0]):.0f} bounds active"}
+
+    def run(self, first: int, count: int) -> dict[str, list[int]]:
+        """Run ticks."""
+        times = []
+        for k in range(first, first + count):
+            solution = self._motion.step(k * self.problem.dt).solution
+            times.append(self._solver.spent)
+            self._active.append(int((np.abs(solution.active) == 1).sum()))
+            self.failures[self._row] += not _is_answer(solution)
+        return {self._row: times}
+
+
+class DaqpBeside:
+    """DAQP's hierarchical mode on the rows of our ticks, of the tray or of the hard case."""
+
+    turn = TURN
+
+    def __init__(self, problem: Problem, case: str) -> None:
+        self.problem = problem
+        levels = throw_hands(problem, HANDS) if case == "hard" else problem.levels
         self._motion = MotionGenerator(
             problem.robot, levels, make_solver("active_set"), problem.dt, problem.q_start
         )
-        self._solver = make_solver("active_set")
-        self.failures: dict[str, int] = {}
-        self.remarks = {f"daqp/{self.name}/hard": _daqp_words()}
-        self.active_bounds: list[int] = []
+        self._row = f"daqp/{problem.name}/{case}"
+        self.failures: Counter[str] = Counter()
+        words = f"DAQP {version('daqp')}, same rows, the library's call alone, started cold"
+        self.remarks = {self._row: words}
 
     def run(self, first: int, count: int) -> dict[str, list[int]]:
-        """Run one tick."""
-        name = self.name
-        step = self._motion.step(first * self.problem.dt)
-        solve_ns, solved = timed_solve(self._solver, step.hierarchy)
-        daqp_ns, answered = timed_daqp(step.hierarchy)
-        self.active_bounds.append(int((np.abs(step.solution.active) == 1).sum()))
-        median = int(np.median(self.active_bounds[-1000:]))
-        self.remarks[f"hqp/{name}/hard"] = f"median of {median} bounds active"
-        for row, well in ((f"hqp/{name}/hard", solved), (f"daqp/{name}/hard", answered)):
-            self.failures[row] = self.failures.get(row, 0) + (not well)
-        return {f"hqp/{name}/hard": [solve_ns], f"daqp/{name}/hard": [daqp_ns]}
-
-
-def timed_solve(solver, hierarchy: Hierarchy) -> tuple[int, bool]:
-    """Return the time [ns] of one solution, and whether it is one."""
-    began = perf_counter_ns()
-    solution = solver.solve(hierarchy)
-    spent = perf_counter_ns() - began
-    return spent, solution.solved and bool(np.isfinite(solution.v).all())
+        """Run ticks; only DAQP is timed."""
+        times = []
+        for k in range(first, first + count):
+            spent, answered = timed_daqp(self._motion.step(k * self.problem.dt).hierarchy)
+            times.append(spent)
+            self.failures[self._row] += not answered
+        return {self._row: times}
 
 
 def timed_daqp(hierarchy: Hierarchy) -> tuple[int, bool]:
@@ -133,10 +158,8 @@ def timed_daqp(hierarchy: Hierarchy) -> tuple[int, bool]:
         H, f, A, upper, lower, sense, break_points=levels, rho_soft=_SOFTNESS
     )
     spent = perf_counter_ns() - began
-    return spent, flag in _DAQP_ANSWERED and bool(np.isfinite(v).all())
+    return spent, flag in _ANSWERED and bool(np.isfinite(v).all())
 
 
-def _daqp_words() -> str:
-    from importlib.metadata import version
-
-    return f"DAQP {version('daqp')}, hierarchical mode, same rows, the call alone, started cold"
+def _is_answer(solution: Solution) -> bool:
+    return solution.solved and bool(np.isfinite(solution.v).all())

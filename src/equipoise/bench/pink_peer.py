@@ -12,6 +12,8 @@ from pink.exceptions import PinkError
 from pink.tasks import FrameTask, PostureTask
 
 from equipoise.bench.problem import FEET, Problem
+from equipoise.bench.race import TURN
+from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask
 
 FEET_COST, HAND_COST, POSTURE_COST = 100.0, 1.0, 1e-3
@@ -21,7 +23,7 @@ SOLVER = "daqp"
 class PinkPeer:
     """One velocity a tick, integrated; the targets are computed outside of the clock."""
 
-    turn = 1
+    turn = TURN
 
     def __init__(self, problem: Problem, *, collisions: bool) -> None:
         self.problem = problem
@@ -46,8 +48,17 @@ class PinkPeer:
         self._barriers = [_barrier(problem)] if collisions else []
 
     def run(self, first: int, count: int) -> dict[str, list[int]]:
-        """Run one tick."""
-        t = first * self.problem.dt
+        """Run ticks."""
+        dt = self.problem.dt
+        return {self.row: [self._tick(k * dt, dt) for k in range(first, first + count)]}
+
+    def place_of(self, task: str) -> Array:
+        """Return where the frame of a task is now (3,) [m]."""
+        frame = self.problem.frame_tasks()[task].frame_id
+        name = self.problem.robot.model.frames[frame].name
+        return self._configuration.get_transform_frame_to_world(name).translation
+
+    def _tick(self, t: float, dt: float) -> int:
         for follow, target in self._frames:
             follow.set_target(target.at(t).T_world_target)
         began = perf_counter_ns()
@@ -55,15 +66,15 @@ class PinkPeer:
             v = pink.solve_ik(
                 self._configuration,
                 self._tasks,
-                self.problem.dt,
+                dt,
                 solver=SOLVER,
                 barriers=self._barriers,
                 safety_break=False,
             )
-            self._configuration.integrate_inplace(v, self.problem.dt)
+            self._configuration.integrate_inplace(v, dt)
         except PinkError:
             self.failures[self.row] += 1
-        return {self.row: [perf_counter_ns() - began]}
+        return perf_counter_ns() - began
 
 
 def _geometry(problem: Problem) -> pin.GeometryModel:

@@ -20,9 +20,9 @@ class Tick:
         task = json.loads((place / "task.json").read_text())
         self.targets = dict(np.load(place / "targets.npz"))
         self.robot = placo.RobotWrapper(task["urdf"], placo.Flags.ignore_collisions)
-        for joint, limit in zip(task["joints"], task["velocity_max"]):
+        for joint, limit in zip(task["joints"], task["velocity_max"], strict=True):
             self.robot.set_velocity_limit(joint, limit)
-        for joint, value in zip(task["joints"], task["q_start"][7:]):
+        for joint, value in zip(task["joints"], task["q_start"][7:], strict=True):
             self.robot.set_joint(joint, value)
         self.robot.set_T_world_fbase(_pose(task["q_start"]))
         self.robot.update_kinematics()
@@ -37,7 +37,7 @@ class Tick:
             frame_task.configure(name, kind, 1.0, 1.0)
             self.follow[name] = frame_task
         posture = self.solver.add_joints_task()
-        posture.set_joints(dict(zip(task["joints"], task["q_posture"][7:])))
+        posture.set_joints(dict(zip(task["joints"], task["q_posture"][7:], strict=True)))
         posture.configure("posture", "soft", 1e-6)
 
     def run(self, k):

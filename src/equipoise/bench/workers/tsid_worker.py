@@ -36,7 +36,7 @@ class Tick:
 
     def _order(self, task, key):
         q = np.array(task[key])
-        ours = dict(zip(task["joints"], q[7:]))
+        ours = dict(zip(task["joints"], q[7:], strict=True))
         names = list(self.robot.model().names)[2:]
         return np.concatenate((q[:7], [ours[name] for name in names]))
 
@@ -76,7 +76,7 @@ class Tick:
         )
         self.form.addMotionTask(posture, 1e-3, 1, 0.0)
         bounds = tsid.TaskJointBounds("bounds", self.robot, self.dt)
-        ours = dict(zip(task["joints"], task["velocity_max"]))
+        ours = dict(zip(task["joints"], task["velocity_max"], strict=True))
         limit = np.array([ours[name] for name in list(self.robot.model().names)[2:]])
         bounds.setVelocityBounds(-limit, limit)
         self.form.addMotionTask(bounds, 1.0, 0, 0.0)

@@ -51,8 +51,8 @@ class MujocoEngine:
         pushed: Mapping[Slider, tuple[str, Array]] | None = None,
         v_start: Array | None = None,
     ) -> None:
-        self._mujoco = load_mujoco()
-        silence_log_file(self._mujoco)
+        self.mujoco = load_mujoco()
+        silence_log_file(self.mujoco)
         self.options = options or MujocoOptions()
         self.surroundings = surroundings or Surroundings()
         self.robot, self.contacts = robot, contacts
@@ -65,7 +65,7 @@ class MujocoEngine:
         v = np.zeros(robot.nv) if v_start is None else np.array(v_start, dtype=float)
         start = self._evaluator.at(q_start, v)
         self.model = build_model(
-            self._mujoco,
+            self.mujoco,
             robot,
             contacts,
             start,
@@ -74,8 +74,8 @@ class MujocoEngine:
             self.h,
             {slider.contact for slider in self._pushed},
         )
-        self.simulated = self._mujoco.MjData(self.model.compiled)
-        self._health = HealthCheck(self._mujoco, self.simulated)
+        self.simulated = self.mujoco.MjData(self.model.compiled)
+        self._health = HealthCheck(self.mujoco, self.simulated)
         self._prepare_reading()
         self.external = np.zeros(robot.nv)
         self._ticks = 0
@@ -112,7 +112,7 @@ class MujocoEngine:
         simulated, conversion = self.simulated, self.model.conversion
         conversion.write_q(q, simulated.qpos)
         conversion.write_v(q, v, simulated.qvel)
-        self._mujoco.mj_forward(self.model.compiled, simulated)
+        self.mujoco.mj_forward(self.model.compiled, simulated)
 
     @property
     def state(self) -> PhysicsState:
@@ -137,7 +137,7 @@ class MujocoEngine:
             force[6:] += tau
             self.model.conversion.write_force(q, force, simulated.qfrc_applied)
             self._resist_sliding()
-            self._mujoco.mj_step(self.model.compiled, simulated)
+            self.mujoco.mj_step(self.model.compiled, simulated)
             readings += simulated.sensordata
             self._health.require(self._ticks * self._control_dt + (substep + 1) * self.h)
         self._ticks += 1

@@ -59,6 +59,7 @@ def build_model(
     touchless = {robot.model.frames[frame_id].parentJoint for frame_id in pads}
     add_link_shapes(mujoco, spec, robot, bodies, touchless)
     add_pads(mujoco, spec, contacts, pads, pushing, start, options)
+    _add_light(mujoco, spec)
     if surroundings.floor_height is not None:
         add_floor(mujoco, spec.worldbody, surroundings.floor_height, options)
     for body in surroundings.fixed:
@@ -85,6 +86,18 @@ def _set_options(mujoco: ModuleType, spec: Any, options: MujocoOptions, step: fl
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     # A reset would hide a divergence: we read the warnings instead.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+
+
+def _add_light(mujoco: ModuleType, spec: Any) -> None:
+    """Add a sun, and let the camera's own light soften the shadows; only pictures see them."""
+    spec.worldbody.add_light(
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=[1.5, -1.0, 3.0],
+        dir=[-0.4, 0.3, -1.0],
+        castshadow=True,
+    )
+    spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
+    spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
 
 
 def _conversion(compiled: Any, robot: Robot) -> StateConversion:

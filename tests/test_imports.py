@@ -31,7 +31,7 @@ BELOW = {
     "coordinates": {"errors", "spatial"},
     "world": {"errors", "spatial", "robots", "kinematics"},
     "distances": {*KINEMATIC, "live_views", "world", "distance_kernels"},
-    "distance_kernels": {"compilation", "kinematics_kernels"},
+    "distance_kernels": {"compilation", "spatial_kernels"},
     "contacts": KINEMATIC,
     "tasks": {*KINEMATIC, "world", "distances", "distance_kernels", "contacts", "hqp"},
     "motion": {*KINEMATIC, "hqp", "tasks"},

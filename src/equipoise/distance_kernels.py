@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from equipoise.compilation import compiled, entrance
-from equipoise.kinematics_kernels import add_point_row
+from equipoise.spatial_kernels import crossed
 
 
 @entrance
@@ -36,11 +36,19 @@ def rate_of_distance(
     at: int,
 ) -> None:
     """Write to A[at] the rate of one distance: the second point's speed minus the first's."""
+    nx, ny, nz = result[1], result[2], result[3]
+    ax, ay, az = crossed(result[7], result[8], result[9], nx, ny, nz)
+    bx, by, bz = crossed(result[4], result[5], result[6], nx, ny, nz)
     for c in range(A.shape[1]):
-        A[at, c] = 0.0
-    normal = result[1:4]
-    add_point_row(columns, carries[joint_second], result[7:10], normal, 1.0, A, at)
-    add_point_row(columns, carries[joint_first], result[4:7], normal, -1.0, A, at)
+        second, first = carries[joint_second, c], carries[joint_first, c]
+        if second == first == 0.0:
+            A[at, c] = 0.0
+            continue
+        wx, wy, wz = columns[c, 3], columns[c, 4], columns[c, 5]
+        along = nx * columns[c, 0] + ny * columns[c, 1] + nz * columns[c, 2]
+        A[at, c] = second * (along + ax * wx + ay * wy + az * wz) - first * (
+            along + bx * wx + by * wy + bz * wz
+        )
 
 
 @entrance

@@ -65,8 +65,9 @@ class KinematicsEvaluator:
 
     def compute(self, q: Array) -> None:
         """Let Pinocchio fill its buffers at `q` (nq,)."""
-        pin.computeJointJacobians(self.robot.model, self.pin_data, q)
-        pin.updateFramePlacements(self.robot.model, self.pin_data)
+        model, data = self.robot.model, self.pin_data
+        pin.computeJointJacobians(model, data, q)
+        pin.updateFramePlacements(model, data)
 
     def compute_drift(self, q: Array, v: Array) -> None:
         """Let Pinocchio fill its velocities, and its accelerations at zero dv/dt."""
@@ -96,6 +97,20 @@ class KinematicsEvaluator:
 
 class Kinematics:
     """Placements, Jacobians and drifts at exactly the state (`q`, `v`) and time `t` [s]."""
+
+    __slots__ = (
+        "_com",
+        "_evaluator",
+        "_has_com",
+        "_has_drift",
+        "_jacobians",
+        "_motions",
+        "_stamp",
+        "q",
+        "robot",
+        "t",
+        "v",
+    )
 
     def __init__(self, evaluator: KinematicsEvaluator, q: Array, v: Array, t: float = 0.0) -> None:
         self._evaluator = evaluator
@@ -213,7 +228,7 @@ class Kinematics:
 
 def _frozen(array: Array) -> Array:
     copy = array.astype(float)
-    copy.setflags(write=False)
+    copy.flags.writeable = False
     return copy
 
 

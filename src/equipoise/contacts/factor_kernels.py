@@ -13,6 +13,8 @@ import numpy as np
 
 from equipoise.compilation import compiled, entrance, inlined
 
+column = np.uint64  # the compiler makes better loops of unsigned columns
+
 
 @entrance
 def factorise(
@@ -20,71 +22,77 @@ def factorise(
 ) -> int:
     """Factorise J [r, nv]; return the rank: rows beyond have less than `tolerance` of the first."""
     r, nv = J.shape
-    squares = np.empty(r)
+    squares, once = np.empty(r), np.empty(r)  # of what is left of a row: now, when last summed up
     for i in range(r):
         pivots[i] = i
         total = 0.0
-        for c in range(nv):
+        for c in range(column(nv)):
             L[i, c] = J[i, c]
             total += J[i, c] * J[i, c]
-        squares[i] = total
+        squares[i] = once[i] = total
     largest = 0.0
     for k in range(min(r, nv)):
         best = k
         for i in range(k + 1, r):
             if squares[i] > squares[best]:
                 best = i
-        length = math.sqrt(squares[best])
+        length = norm_from(L, best, k)
         if k == 0:
             largest = length
         if not length > tolerance * largest:
             return k
         if best != k:
             pivots[k], pivots[best] = pivots[best], pivots[k]
-            squares[best] = squares[k]
-            for c in range(nv):
+            squares[best], once[best] = squares[k], once[k]
+            for c in range(column(nv)):
                 L[k, c], L[best, c] = L[best, c], L[k, c]
-        u = reflectors[k]
         first = L[k, k]
         kept = -length if first >= 0.0 else length
         scale = 1.0 / math.sqrt(length * (length + abs(first)))
-        for c in range(k):
-            u[c] = 0.0
-        for c in range(k, nv):
-            u[c] = L[k, c] * scale
-        u[k] = (first - kept) * scale
+        for c in range(column(k)):
+            reflectors[k, c] = 0.0
+        for c in range(column(k), column(nv)):
+            reflectors[k, c] = L[k, c] * scale
+        reflectors[k, k] = (first - kept) * scale
         L[k, k] = kept
         for i in range(k + 1, r):
-            row = L[i]
-            reflect(u, row, k)
-            total = 0.0
-            for c in range(k + 1, nv):
-                total += row[c] * row[c]
-            squares[i] = total
+            reflect(reflectors, k, L, i)
+            squares[i] -= L[i, k] * L[i, k]
+            if squares[i] < 1e-4 * once[i]:  # the difference has lost its digits
+                squares[i] = once[i] = norm_from(L, i, k + 1) ** 2
     return min(r, nv)
 
 
+@compiled
+def norm_from(x: np.ndarray, i: int, start: int) -> float:
+    """Return the length of x[i, start:]."""
+    total = 0.0
+    for c in range(column(start), column(x.shape[1])):
+        total += x[i, c] * x[i, c]
+    return math.sqrt(total)
+
+
 @inlined
-def reflect(u: np.ndarray, x: np.ndarray, start: int) -> None:
-    """Apply `I - u u^T` to x, where u is zero before `start`."""
-    along = 0.0
-    for c in range(start, x.shape[0]):
-        along += x[c] * u[c]
-    for c in range(start, x.shape[0]):
-        x[c] -= along * u[c]
+def reflect(reflectors: np.ndarray, k: int, x: np.ndarray, i: int) -> None:
+    """Apply reflector k to x[i]; it is zero before column k, so one may start a little earlier."""
+    along, start, end = 0.0, column(k - k % 4), column(x.shape[1])
+    for c in range(start, end):
+        along += x[i, c] * reflectors[k, c]
+    for c in range(start, end):
+        x[i, c] -= along * reflectors[k, c]
 
 
 @entrance
 def project(reflectors: np.ndarray, rank: int, x: np.ndarray, out: np.ndarray) -> None:
     """Write `x - Q1 Q1^T x` to `out`."""
-    for c in range(x.shape[0]):
-        out[c] = x[c]
+    row = out.reshape(1, -1)
+    row[0, :] = x
     for k in range(rank):
-        reflect(reflectors[k], out, k)
+        reflect(reflectors, k, row, 0)
     for k in range(rank):
-        out[k] = 0.0
+        row[0, k] = 0.0
     for k in range(rank - 1, -1, -1):
-        reflect(reflectors[k], out, k)
+        reflect(reflectors, k, row, 0)
 
 
 @entrance
@@ -98,14 +106,14 @@ def lift(
 ) -> None:
     """Write to `out` [nv] the least x with J x = y [r], in the least squares sense if need be."""
     r = y.shape[0]
-    for c in range(out.shape[0]):
-        out[c] = 0.0
+    row = out.reshape(1, -1)
+    row[0, :] = 0.0
     if rank == r:
         for k in range(r):
             total = y[pivots[k]]
             for c in range(k):
-                total -= L[k, c] * out[c]
-            out[k] = total / L[k, k]
+                total -= L[k, c] * row[0, c]
+            row[0, k] = total / L[k, k]
     else:
         permuted = np.empty(r)
         for i in range(r):
@@ -116,9 +124,9 @@ def lift(
                 trapezoid[i, c] = 0.0
         least_squares(trapezoid, permuted)
         for k in range(rank):
-            out[k] = permuted[k]
+            row[0, k] = permuted[k]
     for k in range(rank - 1, -1, -1):
-        reflect(reflectors[k], out, k)
+        reflect(reflectors, k, row, 0)
 
 
 @compiled

@@ -5,12 +5,14 @@ Whatever it is given, it returns a finite torque within the limits and never rai
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 import pinocchio as pin
 
+from equipoise.compilation import entrance
 from equipoise.contacts import SoleContact
 from equipoise.control.law import (
     Command,
@@ -22,6 +24,7 @@ from equipoise.control.law import (
 from equipoise.control.reaction_observer import ReactionObserver
 from equipoise.control.reaction_qp import BoundedDistribution, Distribution, ReactionBounds
 from equipoise.kinematics import KinematicsEvaluator
+from equipoise.kinematics_kernels import is_finite
 from equipoise.spatial import Array
 
 
@@ -61,6 +64,9 @@ class ModeChange:
 
     def __str__(self) -> str:
         return f"t = {self.t:.3f} s: mode {self.mode.name.lower()}: {self.cause}"
+
+
+_NOTHING = np.zeros(0)
 
 
 class Supervisor:
@@ -120,8 +126,7 @@ class Supervisor:
             return None
         self._enter(t, Mode.DEGRADED if lost else Mode.RUN, lost or "all sensors speak again")
         try:
-            with np.errstate(all="ignore"):
-                command = self._command(t, complete, target)
+            command = self._command(t, complete, target)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             self._enter(t, Mode.SAFE, f"the law could not be computed ({error})")
             return None
@@ -134,6 +139,8 @@ class Supervisor:
         """Return the law's command, its reaction observed and, if bounds are given, bounded."""
         controller = self.controller
         rows = controller.contacts.supporting_rows
+        if self.observer.gain == 1.0 and self.bounds is None:  # it shows what is measured
+            return controller.step(t, measured, target)
         F_before = controller.base_reaction
         lam_0 = self.observer.update(measured.lam[rows], F_before)
         lam = measured.lam.copy()
@@ -141,7 +148,8 @@ class Supervisor:
         command = controller.step(t, replace(measured, lam=lam), target)
         if self.bounds is None or command.status is ControlStatus.HELD:
             return command
-        return self._bounded(t, measured, lam_0, command)
+        with np.errstate(all="ignore"):
+            return self._bounded(t, measured, lam_0, command)
 
     def _bounded(self, t: float, measured: Measurement, lam_0: Array, command: Command) -> Command:
         """Return the command with its base wrench shared out anew."""
@@ -177,8 +185,8 @@ class Supervisor:
             self._contacts, forces = self.controller.contacts, None
         else:
             forces = self._last.lam if self._last is not None else None
-        state_whole = bool(np.isfinite(measured.q).all() and np.isfinite(measured.v).all())
-        forces_whole = bool(np.isfinite(measured.lam).all())
+        state_whole = is_finite(measured.q, measured.v)
+        forces_whole = is_finite(measured.lam, _NOTHING)
         if state_whole:
             self._lost_since = None
         elif self._lost_since is None:
@@ -224,15 +232,14 @@ class Supervisor:
     def _trouble(self, measured: Measurement, target: Target) -> str:
         """Return why the law had better be off, empty if it need not be."""
         limits, robot = self.limits, self.controller.robot
-        if not (np.isfinite(target.q_ref).all() and np.isfinite(target.v_ref).all()):
+        if not is_finite(_plain(target.q_ref), _plain(target.v_ref)):
             return "the reference is not finite"
-        if not np.isfinite(target.lam_ref).all():
+        if not is_finite(_plain(target.lam_ref), _NOTHING):
             return "the wanted force is not finite"
         dq = pin.difference(robot.model, target.q_ref, measured.q)
-        worst = int(np.abs(dq).argmax())
-        if not np.abs(dq[worst]) < limits.posture_error:
+        worst, tilt = farthest(dq)
+        if not abs(dq[worst]) < limits.posture_error:
             return f"{robot.velocity_names[worst]} is {dq[worst]:.2f} from its reference"
-        tilt = float(np.linalg.norm(dq[3:6]))
         if tilt > limits.tilt:
             return f"the base is tilted by {tilt:.2f} rad"
         return ""
@@ -259,6 +266,21 @@ class Supervisor:
         if mode is Mode.SAFE:
             self._safe_since = t
         self.changes.append(ModeChange(t, mode, cause))
+
+
+@entrance
+def farthest(dq: np.ndarray) -> tuple[int, float]:
+    """Return where |dq| is largest, or not a number, and by how much the base is tilted."""
+    worst = 0
+    for i in range(dq.shape[0]):
+        if not abs(dq[i]) <= abs(dq[worst]):
+            worst = i
+    return worst, math.sqrt(dq[3] ** 2 + dq[4] ** 2 + dq[5] ** 2)
+
+
+def _plain(array: Array) -> Array:
+    """Return the array in the one layout that kernels are compiled for."""
+    return array if array.flags.writeable else array.copy()
 
 
 def _patched(values: Array, substitute: Array) -> Array:

@@ -22,9 +22,15 @@ class HierarchyBuilder:
         self._plain = [
             (i, task) for i, task in enumerate(self._tasks) if not isinstance(task, CompiledTask)
         ]
+        # the rows of a `KernelTask` never change in number
+        self._compiled = [
+            task
+            for task in self._tasks
+            if isinstance(task, CompiledTask) and not isinstance(task, KernelTask)
+        ]
         self._program = TaskProgram([], [])
         self._fillers: list[tuple[CompiledTask, int]] = []
-        self._labels: list[tuple[str, ...]] = []
+        self._labels: list[tuple[str, ...]] | None = None
         self._blocks: tuple[Block, ...] = ()
         self._ends: tuple[int, ...] = ()
 
@@ -34,13 +40,11 @@ class HierarchyBuilder:
         Raises: `NonFiniteError`, `InputError` naming the row that is not sound.
         """
         plain = {i: task.rows(kin, t) for i, task in self._plain}
-        labels = [
-            plain[i].labels if i in plain else task.row_labels(t)
-            for i, task in enumerate(self._tasks)
-        ]
+        labels = [rows.labels for rows in plain.values()]
+        labels += [task.row_labels(t) for task in self._compiled]
         if labels != self._labels:
             self._labels = labels
-            self._lay_out(plain)
+            self._lay_out(plain, t)
         m = self._ends[-1] if self._ends else 0
         A, lower, upper = np.empty((m, kin.robot.nv)), np.empty(m), np.empty(m)
         if self._program.count:
@@ -52,13 +56,15 @@ class HierarchyBuilder:
             A[own], lower[own], upper[own] = rows.A, rows.lower, rows.upper
         return Hierarchy.of_sound(A, lower, upper, self._ends, self._blocks)
 
-    def _lay_out(self, plain: dict[int, Rows]) -> None:
+    def _lay_out(self, plain: dict[int, Rows], t: float) -> None:
         blocks, ends = [], []
         end = i = 0
         for number, level in enumerate(self.levels):
             for task in level:
-                labels = self._labels[i]
-                unit = plain[i].unit if i in plain else task.row_unit
+                if i in plain:
+                    labels, unit = plain[i].labels, plain[i].unit
+                else:
+                    labels, unit = task.row_labels(t), task.row_unit
                 start, end = end, end + len(labels)
                 blocks.append(Block(task.name, unit, labels, number, slice(start, end)))
                 i += 1
@@ -67,11 +73,7 @@ class HierarchyBuilder:
         starts = [(task, b.rows.start) for task, b in zip(self._tasks, blocks, strict=True)]
         by_kernel = [(task, at) for task, at in starts if isinstance(task, KernelTask)]
         self._program = TaskProgram([task for task, _ in by_kernel], [at for _, at in by_kernel])
-        self._fillers = [
-            (task, at)
-            for task, at in starts
-            if isinstance(task, CompiledTask) and not isinstance(task, KernelTask)
-        ]
+        self._fillers = [(task, at) for task, at in starts if task in self._compiled]
 
 
 def build_hierarchy(levels: Sequence[Sequence[Task]], kin: Kinematics, t: float) -> Hierarchy:

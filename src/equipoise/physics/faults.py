@@ -75,6 +75,7 @@ class FaultInjector:
 
     def __init__(self, robot: Robot, faults: Faults, dt: float, seed: int) -> None:
         self.robot, self.faults = robot, faults
+        self._none = faults == Faults()
         self._random = np.random.default_rng(seed)
         self._kinematics = KinematicsEvaluator(robot)
         self._readings: DelayLine = DelayLine(faults.measurement_delay, dt)
@@ -95,6 +96,8 @@ class FaultInjector:
 
     def torque(self, commanded: Array) -> Array:
         """Return the torque (na,) [N m] that the motors give now."""
+        if self._none:
+            return commanded
         tau = self._commands.pass_on(commanded)
         limit = self.faults.torque_share * self.robot.tau_max
         return np.minimum(np.maximum(tau, -limit), limit)

@@ -8,6 +8,8 @@ import numpy as np
 
 from equipoise.compilation import compiled, entrance
 
+column = np.uint64  # the compiler makes better loops of unsigned columns
+
 
 @compiled
 def cholesky(M: np.ndarray, L: np.ndarray) -> bool:
@@ -16,7 +18,7 @@ def cholesky(M: np.ndarray, L: np.ndarray) -> bool:
     for i in range(n):
         for k in range(i + 1):
             total = M[i, k]
-            for c in range(k):
+            for c in range(column(k)):
                 total -= L[i, c] * L[k, c]
             if i == k:
                 if not total > 0.0:
@@ -32,7 +34,7 @@ def forward(L: np.ndarray, b: np.ndarray, x: np.ndarray) -> None:
     """Write x = L^-1 b."""
     for k in range(b.shape[0]):
         total = b[k]
-        for c in range(k):
+        for c in range(column(k)):
             total -= L[k, c] * x[c]
         x[k] = total / L[k, k]
 
@@ -42,7 +44,7 @@ def backward(L: np.ndarray, x: np.ndarray) -> None:
     """Overwrite x by L^-T x."""
     for k in range(x.shape[0] - 1, -1, -1):
         x[k] /= L[k, k]
-        for c in range(k):
+        for c in range(column(k)):
             x[c] -= L[k, c] * x[k]
 
 
@@ -84,14 +86,14 @@ def reduce_to_contacts(
     for i in range(r):
         forward(L, J[i], half[i])
         speed, acceleration = -rate[i], 0.0
-        for c in range(nv):
+        for c in range(column(nv)):
             speed += J[i, c] * v[c]
             acceleration += half[i, c] * half_free[c]
         slip_speed[i], a_free[i] = speed, acceleration
         rhs[i] = -drift[i] - position_gain * phi[i] - velocity_gain * speed - acceleration
         for k in range(i + 1):
             total = 0.0
-            for c in range(nv):
+            for c in range(column(nv)):
                 total += half[i, c] * half[k, c]
             delassus[i, k] = delassus[k, i] = total
 
@@ -152,10 +154,10 @@ def accelerations_of(
     L: np.ndarray, half: np.ndarray, half_free: np.ndarray, lam: np.ndarray, a: np.ndarray
 ) -> None:
     """Write `a = M^-1 (free + J^T lam)`."""
-    for c in range(a.shape[0]):
+    for c in range(column(a.shape[0])):
         a[c] = half_free[c]
     for i in range(lam.shape[0]):
-        for c in range(a.shape[0]):
+        for c in range(column(a.shape[0])):
             a[c] += half[i, c] * lam[i]
     backward(L, a)
 

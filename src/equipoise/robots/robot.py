@@ -85,17 +85,17 @@ class Robot:
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {self.na} joints, {self.mass:.3f} kg, {self.urdf_path})"
 
-    @property
+    @cached_property
     def nq(self) -> int:
         """Return the length of a configuration."""
         return self.model.nq
 
-    @property
+    @cached_property
     def nv(self) -> int:
         """Return the length of a velocity."""
         return self.model.nv
 
-    @property
+    @cached_property
     def na(self) -> int:
         """Return the number of actuated joints."""
         return self.model.nv - NV_BASE

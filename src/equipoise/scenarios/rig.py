@@ -69,6 +69,7 @@ class Rig:
             bounds=ReactionBounds() if control.distribution == "bounded" else None,
         )
         self._command: Command | None = None
+        self._rows: dict[ContactStack, Array] = {}
         self._tick = _Tick()
         self._logs_readings = scenario.sensors != schema.SensorsSpec() or bool(
             scenario.faults.silences or scenario.faults.measurement_delay
@@ -87,11 +88,18 @@ class Rig:
         self._tick.reading = reading
         if self._command is not None and self.faults.tick_is_missed():
             return self._command
-        lam = self.contacts.split(reading.lam)
-        held = [lam[contact.name] for contact in self.controller.contacts.contacts]
-        measured = Measurement(reading.q, reading.v, np.concatenate(held))
+        held = reading.lam[self._rows_of(self.controller.contacts)]
+        measured = Measurement(reading.q, reading.v, held)
         self._command = self.supervisor.step(t, measured, target)
         return self._command
+
+    def _rows_of(self, held: ContactStack) -> Array:
+        """Return where the rows of the contacts that hold are among those of all (k,)."""
+        rows = self._rows.get(held)
+        if rows is None:
+            parts = [np.r_[self.contacts.rows[contact.name]] for contact in held.contacts]
+            rows = self._rows[held] = np.concatenate([np.zeros(0, dtype=int), *parts])
+        return rows
 
     def applied(self, command: Command) -> Array:
         """Return the torque (na,) [N m] that the motors give to a command now."""

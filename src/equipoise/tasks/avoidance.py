@@ -50,6 +50,7 @@ class AvoidanceTask(CompiledTask):
         self.influence = influence
         self.security = security
         self.damping = damping
+        self.influence, self.security = float(influence), float(security)
         self._distances = DistanceEvaluator(scene, pairs)
         self._ends = EndDistances(scene, pairs)
         self._row_labels = (*self.labels, *self._ends.labels)
@@ -84,7 +85,10 @@ class AvoidanceTask(CompiledTask):
             found.nearest,
             found.joint_ids,
             found.distances,
-            (self.influence, self.security, slope, _ENDS_FROM * self.influence),
+            self.influence,
+            self.security,
+            slope,
+            _ENDS_FROM * self.influence,
             A,
             lower,
             upper,
@@ -111,7 +115,10 @@ def avoidance_rows(
     nearest: np.ndarray,
     joint_ids: np.ndarray,
     distances: np.ndarray,
-    bounds: tuple[float, float, float, float],
+    influence: float,
+    security: float,
+    slope: float,
+    closeness: float,
     A: np.ndarray,
     lower: np.ndarray,
     upper: np.ndarray,
@@ -120,9 +127,8 @@ def avoidance_rows(
 ) -> bool:
     """Write the rows of the pairs, free ones up to `last`; tell whether a pair is close.
 
-    `bounds`: influence and security [m], slope [1/s], and the distance [m] that is called close.
+    `slope` [1/s] of the bound, `closeness` [m] the distance that is called close.
     """
-    influence, security, slope, closeness = bounds
     is_close = False
     for i in range(at, last):
         lower[i], upper[i] = -np.inf, np.inf

@@ -20,6 +20,7 @@ from equipoise.errors import NameNotFoundError
 from equipoise.hqp import Hierarchy, HierarchySolver, Solution, Status
 from equipoise.hqp.solution import describe
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
+from equipoise.motion.building import HierarchyBuilder
 from equipoise.motion.generator import MotionStep
 from equipoise.robots import Robot
 from equipoise.spatial import Array
@@ -57,6 +58,7 @@ class Fading:
         self.fades = dict(fades)
         self._new_solver = new_solver
         self._solvers = [new_solver()]
+        self._builders: dict[frozenset[str], HierarchyBuilder] = {}
 
     def weights(self, t: float) -> dict[str, float]:
         """Return how much each fading task counts at time `t` [s]."""
@@ -65,21 +67,24 @@ class Fading:
     def parts(self, kin: Kinematics, t: float) -> list[Part]:
         """Return the hierarchies of the blend at a state and a time: the fullest first."""
         weights = self.weights(t)
-        rows = [
-            [
-                (weight, task.rows(kin, t))
-                for task in level
-                if (weight := weights.get(task.name, 1.0)) > 0.0
-            ]
-            for level in self.levels
-        ]
         between = sorted({w for w in weights.values() if 0.0 < w < 1.0})
         parts = []
         for i, (below, least) in enumerate(zip([0.0, *between], [*between, 1.0], strict=True)):
-            counting = [[one for weight, one in level if weight >= least] for level in rows]
-            hierarchy = Hierarchy.stack(counting, kin.robot.nv)
+            counting = frozenset(n for n, weight in weights.items() if weight >= least)
+            hierarchy = self._builder(counting).at(kin, t)
             parts.append(Part(least - below, hierarchy, self._solver(i).solve(hierarchy)))
         return parts
+
+    def _builder(self, counting: frozenset[str]) -> HierarchyBuilder:
+        """Return the builder of the hierarchy with these of the fading tasks."""
+        if counting not in self._builders:
+            self._builders[counting] = HierarchyBuilder(
+                [
+                    [task for task in level if task.name not in self.fades or task.name in counting]
+                    for level in self.levels
+                ]
+            )
+        return self._builders[counting]
 
     def solve(self, kin: Kinematics, t: float) -> tuple[Hierarchy, Solution]:
         """Return the blended velocity, and the hierarchy of what counts fully with its violation.

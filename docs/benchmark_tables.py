@@ -69,8 +69,8 @@ def growths(rows: Sequence[Row]) -> str:
 def filled(text: str, rows: Sequence[Row]) -> str:
     """Return the page's text with its tables written anew."""
     for name, make in (("times", times), ("ratios", shares), ("growth", growths)):
-        pattern = rf"(<!-- measured:{name} -->\n).*?(\n<!-- /measured:{name} -->)"
-        new = make(rows)
+        pattern = rf"(<!-- measured:{name} -->\n).*?(<!-- /measured:{name} -->)"
+        new = make(rows) + "\n"
         text = re.sub(pattern, lambda m, new=new: m[1] + new + m[2], text, flags=re.DOTALL)
     return text
 

@@ -12,7 +12,7 @@ from equipoise.bench.growth import growth, linear_share
 from equipoise.bench.memory import measure_memory
 from equipoise.bench.peers import parse_pythons
 from equipoise.bench.problem import make_problem
-from equipoise.bench.rows import read_rows, write_rows
+from equipoise.bench.rows import read_rows, require_place, write_rows
 from equipoise.bench.run import QUICK_TICKS, run_bench
 from equipoise.bench.show import show_changes, show_ratios, show_rows
 from equipoise.console import Progress
@@ -36,7 +36,7 @@ def bench_times(
     named = parse_pythons(pythons)
     before = read_rows(kept) if kept is not None else None
     if to is not None:
-        write_rows(to, [])  # what cannot be written is better known now
+        require_place(to)
     with Progress() as progress:
         rows = run_bench(
             robots,

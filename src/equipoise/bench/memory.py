@@ -31,7 +31,7 @@ class Growth:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing was kept: less than one object in a hundred ticks, less than 1 MB."""
+        """Whether nothing is kept from tick to tick: at most 500 objects and 1 MB in all."""
         return self.blocks <= BLOCKS_MAX and self.resident <= PAGES_MAX
 
     def __str__(self) -> str:

@@ -38,8 +38,8 @@ PEERS: Mapping[str, Peer] = {
     "tsid": Peer(
         "tsid",
         "tsid",
-        "strict inequalities below the first level, balance, gaze, collisions, position limits; "
-        "it needs the dynamic model, and gives torques with it",
+        "strict inequalities below the first level, gaze, collisions, position limits; it needs "
+        "the dynamic model, and gives torques with it",
         apart=True,
     ),
 }

@@ -38,6 +38,16 @@ def write_rows(path: Path, rows: Sequence[Row]) -> None:
         raise InputError(f"cannot write the results: {error}", given=str(path)) from None
 
 
+def require_place(path: Path) -> None:
+    """Refuse a file that could not be written later, without touching it. Raises: `InputError`."""
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise InputError(
+            "cannot write the results there",
+            given=str(path),
+            remedy="Name a file in a folder that exists",
+        )
+
+
 def read_rows(path: Path) -> list[Row]:
     """Read rows that `write_rows` wrote.
 

@@ -87,7 +87,7 @@ class Helm:
         for contact in simulation.places.contacts.contacts:
             names = [f"{contact.name}/{label}" for label in contact.regulated]
             wanted = simulation.wanted_forces[contact.name]
-            simulation.wanted_forces[contact.name] = [
+            simulation.wanted_forces[contact.name][:] = [
                 self._with_offset(name, one) for name, one in zip(names, wanted, strict=True)
             ]
 

@@ -26,6 +26,7 @@ from equipoise.viewer.layers import BalanceLayer, DistanceLayer, ForceLayer
 from equipoise.viewer.showing import Moment, Showable
 from equipoise.viewer.surroundings import Surroundings
 from equipoise.viewer.trail import TrailLayer
+from equipoise.viewer.unveiling import Unveiling
 from equipoise.world import Pair
 
 
@@ -58,6 +59,7 @@ class Display:
             DistanceLayer(server.scene, places, _pairs(scenario, places, self.levels)),
             self.trails,
         )
+        self.unveiling = Unveiling(server, (self._ghost, *self.layers[1:]))
 
     def add_switches(self) -> None:
         """Add a check box a layer, and what the colours and lengths mean."""
@@ -69,7 +71,9 @@ class Display:
         }
         for title, thing in things.items():
             box = gui.add_checkbox(title, initial_value=True)
-            box.on_update(lambda event, thing=thing: thing.set_visible(event.target.value))
+            box.on_update(
+                lambda event, thing=thing: self.unveiling.set_visible(thing, event.target.value)
+            )
         solidity = gui.add_slider("Robot solidity", min=0.1, max=1.0, step=0.05, initial_value=1.0)
         solidity.on_update(lambda event: self._robot.set_opacity(event.target.value))
         gui.add_markdown(

@@ -18,9 +18,11 @@ GHOST_RGB, GHOST_OPACITY = (60, 130, 255), 0.4
 GHOST_INSET = 0.003  # [m] inwards, so that only what differs from the robot comes out of it
 _STILL = 1e-7  # a joint that moved less is not sent again
 
+Coloured = tuple[tuple[int, int, int], Array, Array]  # colour, vertices, triangles
+
 
 class Drawing(Showable):
-    """Parts under `root`, one node a joint.
+    """Parts under `root`, one node a joint (fewer nodes open a page sooner).
 
     `colour` replaces their own colours; `inset` [m] moves their surfaces inwards.
     """
@@ -38,21 +40,27 @@ class Drawing(Showable):
         self._scene = scene
         self._top = scene.add_frame(root, show_axes=False)
         self._joints = sorted({part.joint for part in parts})
-        self._nodes = {
-            joint: scene.add_frame(f"{root}/joint{joint}", show_axes=False)
-            for joint in self._joints
-        }
-        self._meshes = []
+        self._nodes: dict[int, viser.SceneNodeHandle] = {}
+        self._meshes: list[viser.MeshHandle] = []
         for joint in self._joints:
-            mine = [part for part in parts if part.joint == joint]
-            for k, (rgb, same) in enumerate(_by_colour(mine, colour).items()):
-                vertices, triangles = _joined(same, inset)
-                name = f"{root}/joint{joint}/shape{k}"
-                mesh = scene.add_mesh_simple(
-                    name, vertices, triangles, color=rgb, opacity=opacity, cast_shadow=False
-                )
-                self._meshes.append(mesh)
+            mine = _by_colour([part for part in parts if part.joint == joint], colour)
+            meshes = [(rgb, *_joined(same, inset)) for rgb, same in mine.items()]
+            self._nodes[joint] = self._add_node(f"{root}/joint{joint}", meshes, opacity)
         self._sent: dict[int, Array] = {}
+
+    def _add_node(
+        self, name: str, meshes: Sequence[Coloured], opacity: float | None
+    ) -> viser.SceneNodeHandle:
+        """Add what moves with a joint: its mesh itself, or a frame where it has several."""
+        scene, alone = self._scene, len(meshes) == 1
+        node = None if alone else scene.add_frame(name, show_axes=False)
+        for k, (rgb, vertices, triangles) in enumerate(meshes):
+            own = name if alone else f"{name}/shape{k}"
+            mesh = scene.add_mesh_simple(
+                own, vertices, triangles, color=rgb, opacity=opacity, cast_shadow=False
+            )
+            self._meshes.append(mesh)
+        return self._meshes[-1] if node is None else node
 
     def set_visible(self, visible: bool) -> None:
         """Show or hide everything."""

@@ -128,6 +128,7 @@ class LiveView:
     def _show_replay(self, folder: Path) -> None:
         """Give the same page to the finished run."""
         viser = self.server.viser
+        self.display.unveiling.end()
         viser.gui.reset()
         viser.scene.reset()
         try:

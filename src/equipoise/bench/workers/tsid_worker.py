@@ -18,7 +18,7 @@ GAIN = 100.0  # [1/s^2] of hands, feet and posture; damping is critical
 
 
 class Tick:
-    """Rigid feet, motion tasks of the hands, a light posture, velocity bounds; torques come out."""
+    """Rigid feet, hands, centre of mass, a light posture, velocity bounds; torques come out."""
 
     def __init__(self, place):
         task = json.loads((place / "task.json").read_text())
@@ -30,6 +30,7 @@ class Tick:
         self.form.computeProblemData(0.0, self.q, self.v)
         self.kept = [self._contact(task, foot) for foot in task["feet"]]
         self.hands = {hand: self._hand(task["links"][hand], hand) for hand in task["hands"]}
+        self._balance()
         self._posture(task)
         self.solver = tsid.SolverHQuadProgFast("solver")
         self.solver.resize(self.form.nVar, self.form.nEq, self.form.nIn)
@@ -65,6 +66,15 @@ class Tick:
         self.form.addMotionTask(follow, 1.0, 1, 0.0)
         return follow, tsid.TrajectorySample(12, 6)
 
+    def _balance(self):
+        balance = tsid.TaskComEquality("balance", self.robot)
+        balance.setKp(GAIN * np.ones(3))
+        balance.setKd(2.0 * np.sqrt(GAIN) * np.ones(3))
+        p_com = self.robot.com(self.form.data())
+        balance.setReference(tsid.TrajectoryEuclidianConstant("com", p_com).computeNext())
+        self.form.addMotionTask(balance, 1.0, 1, 0.0)
+        self.kept.append(balance)
+
     def _posture(self, task):
         posture = tsid.TaskJointPosture("posture", self.robot)
         posture.setKp(GAIN * np.ones(self.robot.nv - 6))
@@ -86,6 +96,9 @@ class Tick:
         for hand, (follow, sample) in self.hands.items():
             T = self.targets[hand][k]
             sample.value(np.concatenate((T[:3, 3], T[:3, :3].T.ravel())))
+            before = self.targets[hand][max(k - 1, 0)]  # the tray does not turn
+            velocity = (T[:3, 3] - before[:3, 3]) / self.dt
+            sample.derivative(np.concatenate((velocity, np.zeros(3))))
             follow.setReference(sample)
         began = perf_counter_ns()
         problem = self.form.computeProblemData(k * self.dt, self.q, self.v)

@@ -28,6 +28,9 @@ from equipoise.kinematics_kernels import is_finite
 from equipoise.spatial import Array
 
 
+_LANDED = 0.1  # [s] before it a released robot has not caught its weight: every sole is light
+
+
 class Mode(Enum):
     """What the supervisor lets the robot do; the value is a sentence."""
 
@@ -160,7 +163,7 @@ class Supervisor:
         J = np.vstack([sole.jacobian(kin) for sole in soles])
         found = distribute(command.u[:6], J[:, :6], lam_0)
         self.distribution = found
-        for warning in found.warnings:
+        for warning in found.warnings if t >= _LANDED else ():
             self.notes.setdefault(warning, t)
         wanted = (command.u - J.T @ found.F)[6:]
         if not np.isfinite(wanted).all():

@@ -35,7 +35,7 @@ def test_without_wishes_nothing_changes(free: Run, tmp_path: Path) -> None:
     for name in free:
         assert np.array_equal(steered[name], free[name]), name
     assert outcome.changes == ()
-    assert set(steered) - set(free) == {"push", "gains"}
+    assert set(steered) - set(free) == {"push", "push_point", "gains"}
 
 
 def test_a_push_is_a_force_on_the_robot_newton_says(free: Run, tmp_path: Path) -> None:

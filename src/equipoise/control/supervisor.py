@@ -27,7 +27,6 @@ from equipoise.kinematics import KinematicsEvaluator
 from equipoise.kinematics_kernels import is_finite
 from equipoise.spatial import Array
 
-
 _LANDED = 0.1  # [s] before it a released robot has not caught its weight: every sole is light
 
 

@@ -79,6 +79,7 @@ class Helm:
         self._simulation = simulation
         self._gains = simulation.controller.gains
         self._kinematics = KinematicsEvaluator(simulation.robot)
+        self._push_point = np.full(3, np.nan)
         self._rows = [
             f"{contact.name}/{label}"
             for contact in simulation.places.contacts.contacts
@@ -96,6 +97,7 @@ class Helm:
         """What is logged besides: the push and the gains of every tick."""
         return [
             Channel("push", ("fx", "fy", "fz"), "N", "push of a person, world axes"),
+            Channel("push_point", ("x", "y", "z"), "m", "where it acts, world axes; NaN without"),
             Channel(
                 "gains",
                 (DAMPING, *GAIN_UNITS),
@@ -117,6 +119,7 @@ class Helm:
         """Add what was wished to the logged values and show them."""
         gains = self._simulation.controller.gains
         values["push"] = np.array(self.wishes.push, dtype=float)
+        values["push_point"] = self._push_point
         values["gains"] = np.array(
             [self.wishes.damping_factor, *(getattr(gains, name) for name in GAIN_UNITS)]
         )
@@ -153,9 +156,12 @@ class Helm:
         """Return the generalised force (nv,) of the person's push at a state."""
         robot = self._simulation.robot
         if not any(self.wishes.push):
+            self._push_point = np.full(3, np.nan)
             return np.zeros(robot.nv)
         kin = self._kinematics.at(state.q, state.v)
-        J = kin.jacobian(robot.frame_id(self.wishes.push_frame))
+        frame = robot.frame_id(self.wishes.push_frame)
+        self._push_point = kin.placement(frame).translation.copy()
+        J = kin.jacobian(frame)
         return J[:3].T @ np.array(self.wishes.push)
 
     def _with_offset(self, name: str, wanted: Callable[[float], float]) -> Callable[[float], float]:

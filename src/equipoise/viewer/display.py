@@ -21,8 +21,9 @@ from equipoise.viewer.drawing import (
     Drawing,
     robot_parts,
 )
+from equipoise.viewer.forces import ForceLayer, PushLayer
 from equipoise.viewer.hierarchy_panel import HierarchyPanel
-from equipoise.viewer.layers import BalanceLayer, DistanceLayer, ForceLayer
+from equipoise.viewer.layers import BalanceLayer, DistanceLayer
 from equipoise.viewer.showing import Moment, Showable
 from equipoise.viewer.surroundings import Surroundings
 from equipoise.viewer.trail import TrailLayer
@@ -55,6 +56,7 @@ class Display:
         self.layers = (
             Surroundings(server.scene, scenario, places),
             ForceLayer(server.scene, places),
+            PushLayer(server.scene, scenario, places),
             BalanceLayer(server.scene, places),
             DistanceLayer(server.scene, places, _pairs(scenario, places, self.levels)),
             self.trails,
@@ -77,8 +79,8 @@ class Display:
         solidity = gui.add_slider("Robot solidity", min=0.1, max=1.0, step=0.05, initial_value=1.0)
         solidity.on_update(lambda event: self._robot.set_opacity(event.target.value))
         gui.add_markdown(
-            "*Red arrows: force on the robot, 1 m is 1000 N at a sole and 100 N at a hand; "
-            "orange: wanted. Black: centre of mass, red dot: centre of pressure. The ghost comes "
+            "*Red arrows: force on the robot, 1 m is 1000 N at a sole (beside the foot) and 100 N "
+            "at a hand; orange: wanted; magenta: a push, 1 m is 250 N. Black: centre of mass, red dot: centre of pressure. The ghost comes "
             "out of the robot where the two differ by more than 3 mm.*"
         )
 

@@ -1,66 +1,20 @@
-"""The layers over the robot: contact forces, balance, closest distances."""
+"""The layers over the robot that say how it stands: balance, closest distances."""
 
 from __future__ import annotations
 
 import numpy as np
 import viser
 
-from equipoise.contacts import (
-    Contact,
-    GraspContact,
-    MovingSurfaceContact,
-    PointContact,
-    SoleContact,
-    SurfaceContact,
-)
 from equipoise.distances import DistanceEvaluator
 from equipoise.scenarios.places import Places
 from equipoise.spatial import Array
 from equipoise.viewer.showing import Layer, Moment
 from equipoise.world import Pair
 
-MEASURED, WANTED = (214, 40, 40), (255, 170, 0)
 COM, PRESSURE, POLYGON = (30, 30, 30), (214, 40, 40), (0, 140, 90)
 NEAR, FAR = np.array([214, 40, 40]), np.array([60, 160, 60])
 LIFT = 0.003  # [m] over the floor, so that lines on it are not swallowed
-BESIDE = 0.025  # [m] between an arrow and its wanted one
 NEAREST_PAIRS = 5
-
-
-class ForceLayer(Layer):
-    """Contact forces on the robot as arrows to scale, wanted ones beside them where they exist.
-
-    An arrow ends where the force acts, so that a sole's comes up out of the floor.
-
-    `support_scale` and `hand_scale` are metres a newton.
-    """
-
-    title = "Contact forces"
-
-    def __init__(self, scene: viser.SceneApi, places: Places) -> None:
-        self._places = places
-        self.support_scale, self.hand_scale = 1e-3, 1e-2
-        self._measured = _arrows(scene, "/forces/measured", MEASURED)
-        self._wanted = _arrows(scene, "/forces/wanted", WANTED)
-
-    def set_visible(self, visible: bool) -> None:
-        self._measured.visible = self._wanted.visible = visible
-
-    def show(self, moment: Moment) -> None:
-        measured, wanted = [], []
-        for contact in self._places.contacts.contacts:
-            lam = moment.values.get(f"lam/{contact.name}")
-            if lam is None:
-                continue
-            if isinstance(contact, SoleContact):
-                measured += _sole_arrow(contact, lam, self.support_scale)
-                continue
-            measured += _hand_arrows(contact, moment, lam, self.hand_scale, 0.0)
-            target = _wanted_rows(contact, moment)
-            if target is not None:
-                wanted += _hand_arrows(contact, moment, target, self.hand_scale, BESIDE)
-        _draw(self._measured, measured)
-        _draw(self._wanted, wanted)
 
 
 class BalanceLayer(Layer):
@@ -135,68 +89,13 @@ def centre_of_pressure(places: Places, moment: Moment) -> Array | None:
         lam = moment.values.get(f"lam/{contact.name}")
         if lam is not None and lam[2] > 0.0:
             total += lam[2]
-            weighted += lam[2] * contact.T_world_anchor.act(_pressure_in_sole(lam))
+            weighted += lam[2] * contact.T_world_anchor.act(pressure_in_sole(lam))
     return weighted / total if total > 0.0 else None
 
 
-def _pressure_in_sole(lam: Array) -> Array:
+def pressure_in_sole(lam: Array) -> Array:
+    """Return where the wrench `lam` (6,) of a loaded sole presses (3,) [m], in its axes."""
     return np.array([-lam[4] / lam[2], lam[3] / lam[2], 0.0])
-
-
-def _sole_arrow(contact: SoleContact, lam: Array, scale: float) -> list[Array]:
-    if not lam[2] > 0.0:
-        return []
-    T = contact.T_world_anchor
-    foot = T.act(_pressure_in_sole(lam))
-    return [np.array([foot - scale * (T.rotation @ lam[:3]), foot])]
-
-
-def _hand_arrows(
-    contact: Contact, moment: Moment, lam: Array, scale: float, beside: float
-) -> list[Array]:
-    """Return the arrows of a contact's rows `lam`, shifted up by `beside` [m]."""
-    if not np.isfinite(lam).all() or not lam.any():
-        return []
-    shift = np.array([0.0, 0.0, beside])
-    if isinstance(contact, GraspContact):
-        T_a, T_b = moment.kin.placement(contact.frame_a), moment.kin.placement(contact.frame_b)
-        way = scale * (T_a.rotation @ lam[:3])
-        on_b, on_a = T_b.translation + shift, T_a.translation + shift
-        return [np.array([on_b - way, on_b]), np.array([on_a + way, on_a])]
-    if isinstance(contact, SurfaceContact | MovingSurfaceContact):
-        point = contact.position(moment.kin) + shift
-        return [np.array([point - scale * lam[0] * contact.normal(moment.kin), point])]
-    if isinstance(contact, PointContact):
-        point = contact.p_world + shift
-        return [np.array([point - scale * lam[:3], point])]
-    return []
-
-
-def _wanted_rows(contact: Contact, moment: Moment) -> Array | None:
-    """Return the rows of a contact with the wanted values, zero where none is wanted."""
-    target = moment.values.get(f"lam_ref/{contact.name}")
-    if target is None:
-        return None
-    rows = np.zeros(contact.size)
-    for label, value in zip(contact.regulated, target, strict=True):
-        rows[contact.labels.index(label)] = value
-    return rows
-
-
-def _arrows(scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> viser.ArrowsHandle:
-    return scene.add_arrows(
-        name,
-        np.zeros((1, 2, 3)),
-        colour,
-        shaft_radius=0.008,
-        head_radius=0.02,
-        head_length=0.045,
-        visible=True,
-    )
-
-
-def _draw(handle: viser.ArrowsHandle, arrows: list[Array]) -> None:
-    handle.points = np.array(arrows or np.zeros((0, 2, 3)), dtype=np.float32)
 
 
 def _ball(

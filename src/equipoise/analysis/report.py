@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from equipoise.analysis.replay_export import Blobs, export_replay
+from equipoise.analysis.report_modes import modes_sentence, status_sentence
 from equipoise.analysis.report_tables import metrics_table, properties
 from equipoise.analysis.story import Story
 from equipoise.analysis.summary import judge, passed
@@ -151,7 +152,8 @@ def _replays(exhibits: Sequence[Exhibit]) -> str:
     cells = []
     for i, exhibit in enumerate(exhibits):
         verdict = _verdict(exhibit)
-        notes = "".join(f'<p class="soft">{escape(note)}</p>' for note in exhibit.notes)
+        told = (*exhibit.notes, modes_sentence(exhibit.run), status_sentence(exhibit.run))
+        notes = "".join(f'<p class="soft">{escape(note)}</p>' for note in told if note)
         canvas = f'<canvas id="replay{i}"></canvas>' if exhibit.replay is not None else ""
         cells.append(
             f"<section><h3>{escape(_name(exhibit))} {verdict}</h3>{canvas}{notes}</section>"

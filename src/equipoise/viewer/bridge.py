@@ -58,6 +58,7 @@ class Bridge:
         self._stop = False
         self._news: Wishes | None = None
         self._looked = self._told = 0.0
+        self._untold: tuple[float, Mapping[str, Array]] | None = None
         self.url = self._first_answer()
 
     def wait_for_page(self, say: Callable[[str], None]) -> None:
@@ -84,13 +85,9 @@ class Bridge:
 
     def after_tick(self, t: float, values: Mapping[str, Array]) -> None:
         """Hand the tick over if one is due and wanted."""
-        if not self._wanted:
-            return
-        now = perf_counter()
-        if now - self._told >= 1.0 / RATE or not self._running:
-            self._told = now
-            self._wanted -= 1
-            self._send("tick", np.concatenate([[t], *(values[name] for name in self._names)]))
+        self._untold = t, values
+        if self._wanted and perf_counter() - self._told >= 1.0 / RATE:
+            self._tell()
 
     def finish(self, folder: Path) -> None:
         """Let the page show the finished run."""
@@ -103,11 +100,21 @@ class Bridge:
         if self.process.is_alive():
             self.process.terminate()
 
+    def _tell(self) -> None:
+        """Hand over the last tick, unless that was done."""
+        if self._untold is not None:
+            t, values = self._untold
+            self._untold, self._told = None, perf_counter()
+            self._wanted -= 1
+            self._send("tick", np.concatenate([[t], *(values[name] for name in self._names)]))
+
     def _pause(self, began: float) -> None:
         if self._allowed:
             self._allowed -= 1
             return
         while self._connected and not (self._running or self._stop or self._allowed):
+            if self._wanted:
+                self._tell()  # where it stands, which may be later than what is seen
             self._listen(0.05)
         if self._allowed:
             self._allowed -= 1

@@ -39,7 +39,18 @@ class Plot:
 
 def plots_of(channels: Channels, places: Places) -> dict[str, Plot]:
     """Return every plot that there are channels for, by title."""
-    makers = (_posture, _hands, _forces, _torques, _distances, _slack, _energy, _sliding, _balance)
+    makers = (
+        _posture,
+        _hands,
+        _forces,
+        _torques,
+        _distances,
+        _slack,
+        _energy,
+        _sliding,
+        _balance,
+        _modes,
+    )
     plots = [plot for make in makers if (plot := make(channels, places)) is not None]
     plots += _joints(channels, places)
     return {plot.title: plot for plot in plots}
@@ -153,6 +164,16 @@ def _balance(channels: Channels, places: Places) -> Plot | None:
             label = f"CoP in {name.removeprefix('margin/')}"
             curves.append(Curve(label, _column(name, channel.labels.index("pressure"), 1e3)))
     return Plot("Balance: room to the edge", "mm", tuple(curves[:MOST_CURVES]))
+
+
+def _modes(channels: Channels, places: Places) -> Plot | None:
+    curves = [
+        Curve(f"{name}: {label}", _column(name, i))
+        for name in ("mode", "status")
+        if name in channels
+        for i, label in enumerate(channels[name].labels)
+    ]
+    return Plot("Mode and status (0 is well)", "", tuple(curves)) if curves else None
 
 
 def _joints(channels: Channels, places: Places) -> list[Plot]:

@@ -25,6 +25,7 @@ from equipoise.viewer.forces import ForceLayer, PushLayer
 from equipoise.viewer.hierarchy_panel import HierarchyPanel
 from equipoise.viewer.layers import BalanceLayer, DistanceLayer
 from equipoise.viewer.showing import Moment, Showable
+from equipoise.viewer.status_line import StatusLine
 from equipoise.viewer.surroundings import Surroundings
 from equipoise.viewer.trail import TrailLayer
 from equipoise.viewer.unveiling import Unveiling
@@ -80,13 +81,18 @@ class Display:
         solidity.on_update(lambda event: self._robot.set_opacity(event.target.value))
         gui.add_markdown(
             "*Red arrows: force on the robot, 1 m is 1000 N at a sole (beside the foot) and 100 N "
-            "at a hand; orange: wanted; magenta: a push, 1 m is 250 N. Black: centre of mass, red dot: centre of pressure. The ghost comes "
-            "out of the robot where the two differ by more than 3 mm.*"
+            "at a hand; orange: wanted; magenta: a push, 1 m is 250 N. Black: centre of mass, red "
+            "dot: centre of pressure. The ghost comes out of the robot where the two differ by "
+            "more than 3 mm.*"
         )
 
     def add_hierarchy(self) -> None:
         """Add the table of levels and tasks."""
         self._hierarchy = HierarchyPanel(self.server.gui, self.levels)
+
+    def add_status(self) -> None:
+        """Add the line that says how supervisor, law and hierarchy fare."""
+        self._status = StatusLine(self.server.gui)
 
     def moment(self, t: float, values: Mapping[str, Array]) -> Moment | None:
         """Return the moment of logged `values`; None if the state in them is not finite."""
@@ -106,9 +112,10 @@ class Display:
                 pin.forwardKinematics(self.places.robot.model, self._ghost_data, q_ref)
                 self._ghost.place(self._ghost_data.oMi)
 
-    def show_hierarchy(self, moment: Moment) -> None:
-        """Write the table of a moment."""
+    def show_panels(self, moment: Moment) -> None:
+        """Write table and status of a moment."""
         self._hierarchy.show(moment)
+        self._status.show(moment)
 
 
 def _set_stage(server: viser.ViserServer) -> None:

@@ -38,6 +38,7 @@ class ForceLayer(Layer):
 
     def __init__(self, scene: viser.SceneApi, places: Places) -> None:
         self._places = places
+        self._sides = outer_sides(places)
         self._measured = _arrows(scene, "/forces/measured", MEASURED)
         self._wanted = _arrows(scene, "/forces/wanted", WANTED)
 
@@ -50,12 +51,17 @@ class ForceLayer(Layer):
             lam = moment.values.get(f"lam/{contact.name}")
             if lam is None:
                 continue
-            measured += force_arrows(contact, moment, lam, 0.0)
+            measured += self._arrows(contact, moment, lam, 0.0)
             target = _wanted_rows(contact, moment)
             if target is not None:
-                wanted += force_arrows(contact, moment, target, BESIDE)
+                wanted += self._arrows(contact, moment, target, BESIDE)
         _draw(self._measured, measured)
         _draw(self._wanted, wanted)
+
+    def _arrows(self, contact: Contact, moment: Moment, lam: Array, beside: float) -> list[Array]:
+        if isinstance(contact, SoleContact):
+            return sole_arrows(contact, lam, self._sides[contact.name], beside)
+        return force_arrows(contact, moment, lam, beside)
 
 
 class PushLayer(Layer):
@@ -84,8 +90,25 @@ class PushLayer(Layer):
         _draw(self._handle, [_ending(p, PUSH_SCALE * f) for p, f in pushes if f.any()])
 
 
+def sole_arrows(contact: SoleContact, lam: Array, side: float, beside: float) -> list[Array]:
+    """Return the arrow (2, 3) [m] of a loaded sole, on its left (`side` 1) or right (-1)."""
+    if not (np.isfinite(lam).all() and lam[2] > 0.0):
+        return []
+    T, sole = contact.T_world_anchor, contact.sole
+    edge = sole.y_max if side > 0.0 else sole.y_min
+    foot = T.act(np.array([pressure_in_sole(lam)[0], edge + side * (OUTSIDE + beside), 0.0]))
+    return [np.array([foot, foot + SOLE_SCALE * (T.rotation @ lam[:3])])]
+
+
+def outer_sides(places: Places) -> dict[str, float]:
+    """Return for each sole on which side of it the other soles are not: 1 left, -1 right."""
+    anchors = {contact.name: contact.T_world_anchor for contact in places.soles.contacts}
+    middle = np.mean([T.translation for T in anchors.values()], axis=0)
+    return {name: 1.0 if T.actInv(middle)[1] <= 0.0 else -1.0 for name, T in anchors.items()}
+
+
 def force_arrows(contact: Contact, moment: Moment, lam: Array, beside: float) -> list[Array]:
-    """Return arrows (2, 3) [m] from tail to tip, world axes, for a contact's rows `lam`.
+    """Return arrows (2, 3) [m] from tail to tip, world axes, for the rows `lam` at a hand.
 
     They are the forces on the robot, moved by `beside` [m] for the sake of another arrow.
     """
@@ -95,17 +118,6 @@ def force_arrows(contact: Contact, moment: Moment, lam: Array, beside: float) ->
         if isinstance(contact, kind):
             return arrows(contact, moment, lam, beside)
     return []
-
-
-def _sole(contact: SoleContact, moment: Moment, lam: Array, beside: float) -> list[Array]:
-    if not lam[2] > 0.0:
-        return []
-    T, sole = contact.T_world_anchor, contact.sole
-    tail = pressure_in_sole(lam)
-    left, right = sole.y_max, sole.y_min
-    tail[1] = left + OUTSIDE + beside if left >= -right else right - OUTSIDE - beside
-    foot = T.act(tail)
-    return [np.array([foot, foot + SOLE_SCALE * (T.rotation @ lam[:3])])]
 
 
 def _grasp(contact: GraspContact, moment: Moment, lam: Array, beside: float) -> list[Array]:
@@ -126,7 +138,6 @@ def _point(contact: PointContact, moment: Moment, lam: Array, beside: float) -> 
 
 
 _KINDS: dict[type | tuple[type, ...], Callable[..., list[Array]]] = {
-    SoleContact: _sole,
     GraspContact: _grasp,
     (SurfaceContact, MovingSurfaceContact): _surface,
     PointContact: _point,

@@ -75,6 +75,7 @@ class LiveView:
         gui.add_markdown(f"**{scenario.title or scenario.name}** — running")
         self.panel = SteeringPanel(gui, scenario, places, job.push_frame, self._send)
         self.display = Display(server.viser, scenario, places)
+        self.display.add_status()
         with gui.add_folder("Layers", expand_by_default=False):
             self.display.add_switches()
         with gui.add_folder("Hierarchy"):
@@ -114,7 +115,7 @@ class LiveView:
         now = time.perf_counter()
         if now - self._panels_at >= PANEL_PERIOD:
             self._panels_at = now
-            self.display.show_hierarchy(moment)
+            self.display.show_panels(moment)
             self._plots.refresh(t)
 
     def _welcome(self) -> None:

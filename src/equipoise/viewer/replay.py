@@ -38,6 +38,7 @@ class Replay:
         self.timeline = TimeLine(
             gui, self.clock, lambda t: log.before(t).t, lambda t: log.after(t).t
         )
+        self.display.add_status()
         with gui.add_folder("Layers", expand_by_default=False):
             self.display.add_switches()
         with gui.add_folder("Hierarchy"):
@@ -106,7 +107,7 @@ class Replay:
         self.display.show(moment)
         if panels:
             self.plots.show(tick.t)
-            self.display.show_hierarchy(moment)
+            self.display.show_panels(moment)
 
     def _gather(self) -> None:
         """Look at the whole log, coarsely first, then piece by piece."""

@@ -340,6 +340,11 @@ def main() -> None:
         sys.exit(WRONG_INPUT)
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+    except OSError as error:
+        if error.filename is None:
+            raise
+        click.echo(f"equipoise: {error.filename}: {error.strerror}.", err=True)
+        sys.exit(WRONG_INPUT)
 
 
 if __name__ == "__main__":

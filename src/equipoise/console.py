@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as RichProgress
 from rich.table import Table
@@ -91,14 +92,19 @@ def print_robots(robots: Mapping[str, Any]) -> None:
 
 def print_robot(robot: Robot) -> None:
     """Print sizes, frames and joint limits of a robot."""
-    _console.print(f"{robot.name}: {robot.na} actuated joints, {robot.mass:.2f} kg")
-    _console.print(f"URDF:   {robot.urdf_path}")
-    _console.print(f"soles:  {', '.join(s.frame for s in robot.soles) or 'none'}")
-    _console.print(f"palms:  {', '.join(p.frame for p in robot.palms) or 'none'}")
-    _console.print(f"camera: {robot.camera or 'none'}")
+    frames = [name for name in robot.frame_names if name not in robot.joint_names]
+    for line in (
+        f"{robot.name}: {robot.na} actuated joints, {robot.mass:.2f} kg",
+        f"URDF:   {robot.urdf_path}",
+        f"soles:  {', '.join(s.frame for s in robot.soles) or 'none'}",
+        f"palms:  {', '.join(p.frame for p in robot.palms) or 'none'}",
+        f"camera: {robot.camera or 'none'}",
+        f"frames: {', '.join(frames)}",
+    ):
+        _console.print(line, markup=False)
     table = Table()
     for column in ("joint", "lower [rad]", "upper [rad]", "speed [rad/s]", "torque [N m]"):
-        table.add_column(column, justify="left" if column == "joint" else "right")
+        table.add_column(escape(column), justify="left" if column == "joint" else "right")
     for i, joint in enumerate(robot.joint_names):
         limits = (robot.q_min[i], robot.q_max[i], robot.v_max[i], robot.tau_max[i])
         table.add_row(joint, *(f"{x:.3f}" for x in limits))

@@ -17,6 +17,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+LISTED_AT_MOST = 40
+
 
 class EquipoiseError(Exception):
     """Base of every error that Equipoise raises on purpose."""
@@ -54,16 +56,28 @@ class InputError(EquipoiseError):
         return " ".join(parts)
 
 
+def _nearest(name: str, names: list[str], count: int, cutoff: float) -> list[str]:
+    """Return the names most like `name`, the likest first; capitals do not count."""
+    by_small = {}
+    for known in names:
+        by_small.setdefault(known.lower(), []).append(known)
+    small = get_close_matches(name.lower(), by_small, n=count, cutoff=cutoff)
+    return [known for key in small for known in by_small[key]][:count]
+
+
 class NameNotFoundError(InputError):
     """A name that does not exist; the message offers the nearest ones that do."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], *, remedy: str = "") -> None:
         names = sorted(known)
-        near = get_close_matches(name, names, n=3)
+        near = _nearest(name, names, 3, 0.6)
         hint = f"Did you mean {' or '.join(repr(n) for n in near)}?" if near else ""
+        if len(names) > LISTED_AT_MOST:
+            likest = _nearest(name, names, LISTED_AT_MOST // 2, 0.0)
+            names = [*likest, f"and {len(names) - len(likest)} more"]
         super().__init__(
             f"There is no {kind} {name!r}",
-            known=names if len(names) <= 40 else [*names[:40], "..."],
+            known=names,
             remedy=" ".join(part for part in (hint, remedy) if part),
         )
         self.kind = kind

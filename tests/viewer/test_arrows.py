@@ -1,4 +1,4 @@
-"""The arrows: they point and add up as the contacts' own Jacobians say, and stand where they act."""
+"""The arrows: they add up as the contacts' own Jacobians say, and stand where they act."""
 
 from __future__ import annotations
 

@@ -30,10 +30,15 @@ def write_video(
 ) -> Path:
     """Write a video of a run in real time and return its path; `report` is told the share done.
 
-    Raises: `InputError` if the run has no ticks, `NoVideoError` if drawing or writing fails here.
+    Raises: `InputError` if the run has no ticks or `path` can be no video, `NoVideoError` if
+    drawing or writing fails here.
     """
     if not run.t.size:
         raise InputError("a run without ticks has nothing to show", given=run.folder.name)
+    if path.suffix.lower() != ".mp4" or path.is_dir():
+        remedy = "Name a file that ends in .mp4"
+        raise InputError("a video is one MP4 file", given=str(path), remedy=remedy)
+    path.parent.mkdir(parents=True, exist_ok=True)
     try:
         import imageio_ffmpeg
 
@@ -56,7 +61,8 @@ def write_video(
             if report is not None:
                 report((k + 1) / len(times))
     except OSError as error:
-        raise NoVideoError(f"ffmpeg could not write {path} ({error})") from error
+        cause = str(error).splitlines()[0]
+        raise NoVideoError(f"ffmpeg could not write {path} ({cause})") from error
     finally:
         writer.close()
         view.close()

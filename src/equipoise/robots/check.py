@@ -29,7 +29,7 @@ def check_urdf(
         source = find_source(path, srdf_path=srdf_path, extras_path=extras_path)
         urdf, tree = source.urdf, source.tree()
     except InputError as error:
-        return [Finding(ERROR, Path(path).name, str(error).rstrip("."))]
+        return [Finding(ERROR, Path(path).name, str(error))]
     _, findings = check_tree(tree, urdf, package_dirs)
     if any(finding.severity == ERROR for finding in findings):
         return findings
@@ -38,10 +38,10 @@ def check_urdf(
             path, srdf_path=srdf_path, extras_path=extras_path, package_dirs=package_dirs
         )
     except InputError as error:
-        return [*findings, Finding(ERROR, urdf.name, str(error).rstrip("."))]
+        return [*findings, Finding(ERROR, urdf.name, str(error))]
     findings += _unknown_links(source.srdf, robot)
     if not robot.soles:
-        remedy = f"List the soles in {urdf.with_suffix('.yaml').name}"
+        remedy = f"List the soles in {source.yaml.name}"
         findings.append(Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy))
     return findings
 

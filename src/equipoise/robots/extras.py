@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, get_args
@@ -70,8 +71,10 @@ def _explained(path: Path, tree: object, error: ValidationError) -> RobotFileErr
     complaints = error.errors()
     first = complaints[0]
     where = ".".join(str(part) for part in first["loc"]) or "the file"
-    known = _schema_at(first["loc"]).model_fields
+    known: Iterable[str] = _schema_at(first["loc"]).model_fields
     problem, given, hint = first["msg"].removeprefix("Value error, "), first["input"], ""
+    if first["type"] not in ("extra_forbidden", "missing"):
+        known = ()  # the key is right, its value is not
     if first["type"] == "extra_forbidden":
         near = get_close_matches(str(first["loc"][-1]), known, n=1)
         problem, given = "unknown key", None

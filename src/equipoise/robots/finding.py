@@ -28,8 +28,12 @@ class Finding:
     def __str__(self) -> str:
         where = f"line {self.line}, {self.place}" if self.line is not None else self.place
         given = "" if self.given is None else f" Given: {self.given!r}."
-        remedy = f" {self.remedy}." if self.remedy else ""
-        return f"{where}: {self.problem}.{given}{remedy}"
+        remedy = f" {_ended(self.remedy)}" if self.remedy else ""
+        return f"{where}: {_ended(self.problem)}{given}{remedy}"
+
+
+def _ended(sentence: str) -> str:
+    return sentence if sentence[-1] in ".?!" else f"{sentence}."
 
 
 def raise_errors(path: Path, findings: Iterable[Finding]) -> None:

@@ -22,9 +22,10 @@ class ExtraMissingError(RobotFileError):
 
 @dataclass(frozen=True)
 class Source:
-    """The files of a robot: its URDF, if any its SRDF, and what its YAML says."""
+    """The files of a robot: its URDF, if any its SRDF, and what its YAML (if it exists) says."""
 
     urdf: Path
+    yaml: Path
     srdf: Path | None
     extras: Extras
 
@@ -50,10 +51,11 @@ def find_source(
     place = _in_folder(Path(path))
     if place.suffix.lower() in YAML:
         extras = read_extras(place)
-        return Source(urdf_of(place, extras), companion(place, srdf_path, ".srdf"), extras)
+        return Source(urdf_of(place, extras), place, companion(place, srdf_path, ".srdf"), extras)
     yaml = companion(place, extras_path, ".yaml")
     extras = read_extras(yaml) if yaml else Extras()
-    return Source(place, companion(place, srdf_path, ".srdf"), extras)
+    srdf = companion(place, srdf_path, ".srdf")
+    return Source(place, yaml or place.with_suffix(".yaml"), srdf, extras)
 
 
 def urdf_of(yaml: Path, extras: Extras) -> Path:

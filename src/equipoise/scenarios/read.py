@@ -190,10 +190,28 @@ def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:
         return ScenarioError(
             f"key {place[-1]!r} is missing", path=path, line=_line(tree, place[:-1])
         )
+    line = _line(tree, place)
+    if first["type"] == "union_tag_not_found":
+        return ScenarioError("key 'kind' is missing", path=path, line=line, known=_kinds(place))
     given = first.get("input")
+    if first["type"] == "union_tag_invalid":
+        hint = NameNotFoundError("kind", str(given["kind"]), _kinds(place))
+        return ScenarioError(
+            hint.problem, path=path, line=line, known=hint.known, remedy=hint.remedy
+        )
+    if first["type"] in ("model_type", "dict_type", "model_attributes_type"):
+        message, known = "a mapping of keys is wanted", _known_keys(place, plain)
+        return ScenarioError(message, path=path, line=line, given=given, known=known)
     if isinstance(given, dict | list | BaseModel) and len(str(given)) > 80:
         given = None
-    return ScenarioError(message, path=path, line=_line(tree, place), given=given)
+    return ScenarioError(message, path=path, line=line, given=given)
+
+
+def _kinds(place: list[Any]) -> list[str]:
+    """Return the kinds of the scenario's contacts or tasks, wherever `place` lies."""
+    section = Scenario.model_fields[str(place[0])].annotation
+    models = _members(get_args(section)[-1])
+    return [kind for m in models for kind in get_args(m.model_fields["kind"].annotation)]
 
 
 def _without_tags(location: tuple[Any, ...], plain: Any) -> list[Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import viser
 
 from equipoise.scenarios import schema
@@ -100,7 +101,8 @@ class SteeringPanel:
             self._damping = self._gui.add_slider("K_d, times", 0.1, 2.0, 0.05, 1.0)
             self._damping.on_update(self._changed)
             for name, unit in GAIN_UNITS.items():
-                box = self._gui.add_number(f"{name} [{unit}]", self._given[name], min=0.0)
+                given = self._given[name]
+                box = self._gui.add_number(f"{name} [{unit}]", given, min=0.0, step=step_of(given))
                 box.on_update(self._changed)
                 self._gains[name] = box
 
@@ -118,3 +120,8 @@ class SteeringPanel:
         self._pause.label = "Pause" if running else "Go on"
         paused, going = viser.Icon.PLAYER_PLAY, viser.Icon.PLAYER_PAUSE
         self._pause.icon = going if running else paused
+
+
+def step_of(value: float) -> float:
+    """Return the power of ten at about a hundredth of `value`: a page drops finer decimals."""
+    return 10.0 ** (np.floor(np.log10(value)) - 2.0) if value > 0.0 else 0.01

@@ -83,6 +83,7 @@ def test_a_resolved_scenario_runs_again_to_the_same_bits(short_run, tmp_path):
         (("plot", "nowhere"), "nowhere"),
         (("export", "nowhere"), "nowhere"),
         (("robots", "hpr2"), "hrp2"),
+        (("run", "tray", "--out", "/proc/run"), "/proc/run"),
         (("check", "nothing.urdf"), "nothing.urdf"),
         (("fly",), "No such command"),
     ],
@@ -92,6 +93,39 @@ def test_wrong_input_exits_with_2_and_one_message(arguments, message, tmp_path):
     assert done.returncode == 2, done.stdout + done.stderr
     assert message in done.stdout + done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_place_that_cannot_be_written_is_named(short_run, tmp_path):
+    _, folder = short_run
+    for command in ("figures", "render"):
+        place = "/proc/none" if command == "figures" else "/proc/none/a.mp4"
+        done = equipoise(command, str(folder), "--to", place, cwd=tmp_path)
+        assert done.returncode == 2, done.stdout + done.stderr
+        assert "/proc/none: " in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+def test_a_video_is_an_mp4_file(short_run, tmp_path):
+    _, folder = short_run
+    done = equipoise("render", str(folder), "--to", str(folder), cwd=tmp_path)
+    assert done.returncode == 2
+    assert "ends in .mp4" in done.stderr
+
+
+def test_without_mujoco_render_draws_a_strip_of_pictures(short_run, tmp_path):
+    _, folder = short_run
+    (tmp_path / "mujoco.py").write_text("raise ImportError('there is no mujoco')\n")
+    script = "from equipoise.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", script, "render", str(folder), "--to", "here.mp4"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "No video: " in done.stderr
+    assert "pip install 'equipoise[mujoco]'" in done.stderr
+    assert (tmp_path / "here.png").is_file()
 
 
 def test_check_passes_the_shipped_robot_and_refuses_a_broken_one(tmp_path):
@@ -107,7 +141,10 @@ def test_check_passes_the_shipped_robot_and_refuses_a_broken_one(tmp_path):
 def test_lists_name_what_there_is(tmp_path):
     assert "hrp2" in equipoise("robots", cwd=tmp_path).stdout
     assert "tray" in equipoise("scenarios", cwd=tmp_path).stdout
-    assert "LARM_JOINT3" in equipoise("robots", "hrp2", cwd=tmp_path).stdout
+    robot = equipoise("robots", "hrp2", cwd=tmp_path).stdout
+    assert "LARM_JOINT3" in robot
+    assert "left_palm_skin" in robot
+    assert "speed [rad/s]" in robot
     assert "duration: 6.2" in equipoise("scenarios", "tray", cwd=tmp_path).stdout
 
 

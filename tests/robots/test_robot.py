@@ -35,6 +35,8 @@ def test_names_follow_the_order_of_v(robot: Robot) -> None:
 def test_frame_id_is_pinocchios_and_an_unknown_frame_is_named_kindly(robot: Robot) -> None:
     for name in ("left_sole", "BODY", "camera"):
         assert robot.model.frames[robot.frame_id(name)].name == name
+    with pytest.raises(NameNotFoundError, match=r"LARM_LINK5, .* more\. Did you mean 'LARM_LINK5'"):
+        robot.frame_id("larm_link5")  # capitals do not count; of many names the likest come first
     with pytest.raises(NameNotFoundError, match="left_sole"):
         robot.frame_id("left_sol")
     for ask in (robot.sole, robot.palm, robot.joint_index):

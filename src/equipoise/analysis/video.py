@@ -43,9 +43,11 @@ def write_video(
         import imageio_ffmpeg
 
         from equipoise.physics.mujoco.view import MujocoView, NoPictureError, choose_offscreen
+
+        choose_offscreen()
+        import mujoco  # noqa: F401
     except ImportError as error:
         raise NoVideoError(f"{error}; install it with: pip install 'equipoise[mujoco]'") from None
-    choose_offscreen()
     places, engine = _engine_of(run)
     try:
         view = MujocoView(engine, *size)

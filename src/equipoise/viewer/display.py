@@ -81,7 +81,7 @@ class Display:
         solidity.on_update(lambda event: self._robot.set_opacity(event.target.value))
         gui.add_markdown(
             "*Red arrows: force on the robot, 1 m is 1000 N at a sole (beside the foot) and 100 N "
-            "at a hand; orange: wanted; magenta: a push, 1 m is 250 N. Black: centre of mass, red "
+            "at a hand; orange: wanted; magenta: a push, 1 m is 100 N. Black: centre of mass, red "
             "dot: centre of pressure. The ghost comes out of the robot where the two differ by "
             "more than 3 mm.*"
         )

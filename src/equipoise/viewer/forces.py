@@ -22,7 +22,7 @@ from equipoise.viewer.layers import pressure_in_sole
 from equipoise.viewer.showing import Layer, Moment
 
 MEASURED, WANTED, PUSH = (214, 40, 40), (255, 170, 0), (200, 0, 160)
-SOLE_SCALE, HAND_SCALE, PUSH_SCALE = 1e-3, 1e-2, 4e-3  # [m/N]
+SOLE_SCALE, HAND_SCALE, PUSH_SCALE = 1e-3, 1e-2, 1e-2  # [m/N]
 BESIDE = 0.025  # [m] between an arrow and its wanted one
 OUTSIDE = 0.03  # [m] between a sole's edge and its arrow, which the leg would hide inside
 

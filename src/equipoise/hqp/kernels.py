@@ -81,12 +81,14 @@ class Working(NamedTuple):
 class Buffers(NamedTuple):
     """Everything that a search writes to, allocated once for m rows, n unknowns and p levels.
 
-    `reflectors` [n, n]; `projected` [m, n], the rows of A after their first few reflectors;
-    `factor` [m, n], the working rows by place, eliminated; `triangle` [n, m], of an overdetermined
-    problem; `memory` [p + 1, m], the sides at the last answer; the others as named above.
+    `reflectors` [n, n]; `basis` [n, n], of what they leave free; `projected` [m, n], the rows of A
+    after their first few reflectors; `factor` [m, n], the working rows by place, eliminated;
+    `triangle` [n, m], of an overdetermined problem; `memory` [p + 1, m], the sides at the last
+    answer; the others as named above.
     """
 
     reflectors: np.ndarray
+    basis: np.ndarray
     projected: np.ndarray
     factor: np.ndarray
     triangle: np.ndarray
@@ -101,6 +103,7 @@ def allocate(m: int, n: int, levels: int) -> Buffers:
     """Return buffers for m rows, n unknowns and a number of levels."""
     return Buffers(
         reflectors=np.zeros((n, n)),
+        basis=np.zeros((n, n)),
         projected=np.zeros((m, n)),
         factor=np.zeros((m, n)),
         triangle=np.zeros((n, m)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -14,6 +15,8 @@ from rich.progress import Progress as RichProgress
 from rich.table import Table
 
 from equipoise.robots import Robot
+
+TOLD_AT_MOST = 8
 
 _console = Console(highlight=False, soft_wrap=True)
 
@@ -75,12 +78,26 @@ def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
         f"({speed:.1f} times real time); tick {timing['tick_us'][0]:.0f} us, "
         f"physics {timing['physics_us'][0]:.0f} us (medians)"
     )
+    for line in _story(summary):
+        _console.print(line, markup=False)
     if summary["ended"] != "completed":
         _console.print(f"[red bold]Ended early:[/] {summary['note']}")
     _console.print(f"Result: {'[green]met' if summary['passed'] else '[red bold]not met'}[/]")
     _console.print(f"Run:     {folder}")
     if (folder / "figures").is_dir():
         _console.print(f"Figures: {folder / 'figures'}")
+
+
+def _story(summary: Mapping[str, Any]) -> list[str]:
+    """Return what happened during the run in lines, and why a metric may be undefined."""
+    changes = list(summary.get("changes") or ())
+    lines = [f"Told:    {change}" for change in changes[:TOLD_AT_MOST]]
+    if len(changes) > TOLD_AT_MOST:
+        lines.append(f"         and {len(changes) - TOLD_AT_MOST} more in summary.json")
+    rows = summary["metrics"].values()
+    if any(row["value"] in (inf, "inf", None) and "settled" in row["doc"] for row in rows):
+        lines.append("inf:     no tick to judge by; what is settled begins at acceptance.after")
+    return lines
 
 
 def print_robots(robots: Mapping[str, Any]) -> None:

@@ -94,3 +94,16 @@ def share_of_ink(image: np.ndarray) -> float:
 def share_changed(one: np.ndarray, other: np.ndarray) -> float:
     """Return the share of pixels that differ visibly between two pictures."""
     return float((np.abs(one - other).max(axis=2) > 0.1).mean())
+
+
+def steady_picture(browser: Any) -> np.ndarray:
+    """Return what the browser shows once it shows the same twice in a row."""
+    last = [picture(browser)]
+
+    def again() -> bool:
+        time.sleep(0.5)
+        last.append(picture(browser))
+        return share_changed(last[-2], last[-1]) < 1e-3
+
+    until(again)
+    return last[-1]

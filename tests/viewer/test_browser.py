@@ -26,6 +26,7 @@ from browser import (
     share_changed,
     share_of_ink,
     start_chromium,
+    steady_picture,
     until,
     wait_for_robot,
 )
@@ -110,7 +111,9 @@ def test_layers_are_switched(replay: Replay, browser: Any, shots: Path) -> None:
     wanted = ["Robot", "Reference (ghost)", "World", "Contact forces"]
     wanted += ["Balance (polygon, CoM, CoP)", "Closest distances", "Trails of the hands"]
     assert set(wanted) <= set(labels)
-    with_all = picture(browser)
+    # the ghost and the layers come a moment after the robot
+    until(lambda: replay.display.unveiling.opened)
+    with_all = steady_picture(browser)
     for name in wanted:
         browser.execute_script("arguments[0].click()", labels[name])
     until(lambda: not replay.display._robot._top.visible)

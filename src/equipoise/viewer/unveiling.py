@@ -38,6 +38,11 @@ class Unveiling:
             if not self._ended:
                 thing.set_visible(visible)
 
+    @property
+    def opened(self) -> bool:
+        """Whether everything that is wanted is shown."""
+        return self._open
+
     def end(self) -> None:
         """Touch the things no more: they are about to be removed."""
         with self._lock:

@@ -1,4 +1,7 @@
-"""The commands. Each imports what it needs when it is called, so that `--help` answers at once."""
+"""All commands, declared in one place: that is why it is long.
+
+Each imports what it needs when it is called, so that `--help` answers at once.
+"""
 
 from __future__ import annotations
 

@@ -7,7 +7,6 @@ at all is outside, once, when the adviser suggests the constant matrix `K_d`.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -272,13 +271,12 @@ class PassivityController:
         return Command(self.tau, ControlStatus.HELD, nothing, self.base_reaction, nothing)
 
     def _check_shapes(self, measured: Measurement, target: Target) -> None:
-        nq, nv = self.robot.nq, self.robot.nv
-        wanted: Sequence[tuple[str, Array, int]] = (
-            ("measured q", measured.q, nq),
-            ("measured v", measured.v, nv),
+        wanted = (
+            ("measured q", measured.q, self.robot.nq),
+            ("measured v", measured.v, self.robot.nv),
             ("measured lam", measured.lam, self.contacts.size),
-            ("target q_ref", target.q_ref, nq),
-            ("target v_ref", target.v_ref, nv),
+            ("target q_ref", target.q_ref, self.robot.nq),
+            ("target v_ref", target.v_ref, self.robot.nv),
             ("target lam_ref", target.lam_ref, self.contacts.regulated_rows.size),
         )
         for name, array, size in wanted:

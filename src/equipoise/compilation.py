@@ -20,32 +20,43 @@ LOG = logging.getLogger(__name__)
 
 FAST = {"reassoc", "contract", "nsz"}
 PACKAGE = Path(__file__).parent
-_MARK = b"equipoise.compilation import"
+_MARKS = (b"\n@compiled\n", b"\n@entrance\n", b"\n@inlined\n")
+_announced = False
+
+
+@cache
+def kernel_files() -> tuple[Path, ...]:
+    """Return every file of the package that has kernels."""
+    return tuple(p for p in sorted(PACKAGE.rglob("*.py")) if _has_kernels(p.read_bytes()))
 
 
 @cache
 def kept_in(room: Path) -> Path:
     """Return the folder for the compiled kernels of a room (folder), for exactly these sources.
 
-    A kernel may call those of its own room and of the modules beside the rooms.
+    Kernels may call those of other rooms and take constants from their neighbours.
     """
     digest = hashlib.sha256()
-    for path in sorted({*PACKAGE.glob("*.py"), *room.glob("*.py")}):
-        source = path.read_bytes()
-        if _MARK in source and path != Path(__file__):
-            digest.update(source)
+    for path in sorted({*room.glob("*.py"), *kernel_files()}):
+        digest.update(path.read_bytes())
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
     base = Path(home) if home else Path.home() / ".cache"
     return base / "equipoise" / f"{room.name}-{digest.hexdigest()[:16]}"
 
 
-@cache
-def announce(room: Path) -> None:
-    """Say once what takes so long if the kernels of a room were never compiled."""
-    if not (numba.config.DISABLE_JIT or any(kept_in(room).glob("**/*.nbc"))):
-        LOG.warning(
-            "Compiling the kernels of %r, once and for all: about half a minute.", room.name
-        )
+def announce(room: Path | None = None) -> None:
+    """Say, once a process, what takes so long if kernels (of one room) were never compiled."""
+    global _announced
+    if _announced or numba.config.DISABLE_JIT:
+        return
+    wanted = {path.parent for path in kernel_files()} if room is None else {room}
+    if not all(any(kept_in(one).glob("**/*.nbc")) for one in wanted):
+        LOG.warning("Compiling kernels, once and for all: one to two minutes of one core.")
+        _announced = True
+
+
+def _has_kernels(source: bytes) -> bool:
+    return any(mark in source for mark in _MARKS)
 
 
 def compiled(function: Callable) -> Callable:

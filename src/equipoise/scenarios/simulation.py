@@ -7,6 +7,7 @@ from time import perf_counter_ns
 
 import numpy as np
 
+from equipoise.compilation import announce
 from equipoise.contacts import ContactStack
 from equipoise.control import (
     Command,
@@ -44,6 +45,7 @@ class Simulation:
     """
 
     def __init__(self, scenario: schema.Scenario) -> None:
+        announce()
         self.scenario = scenario
         self.places = build_places(scenario)
         self.robot = self.places.robot

@@ -16,7 +16,6 @@ from equipoise.kinematics_kernels import (
     frame_jacobian,
     is_finite,
     motion_of,
-    point_speed_rows,
 )
 from equipoise.live_views import motion_rows, pose_rows
 from equipoise.robots import Robot
@@ -169,14 +168,6 @@ class Kinematics:
             J.flags.writeable = False
             self._jacobians[frame_id] = J
         return J
-
-    def point_speed_rows(self, joint_ids: Array, p_world: Array, directions: Array) -> Array:
-        """Return rows (k, nv) that give the speed along `directions` (k, 3) of body points.
-
-        Point i moves with joint `joint_ids[i]` (0: the world) and now lies at `p_world[i]` [m].
-        """
-        live = self.live
-        return point_speed_rows(live.columns, live.carries, joint_ids, p_world, directions)
 
     def twist(self, frame_id: int) -> Array:
         """Return (6,): velocity of the origin [m/s] and angular velocity [rad/s], world axes."""

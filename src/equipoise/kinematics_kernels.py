@@ -74,17 +74,6 @@ def frame_jacobian(columns: np.ndarray, carried: np.ndarray, T: np.ndarray) -> n
     return J
 
 
-@entrance
-def point_speed_rows(
-    columns: np.ndarray, carries: np.ndarray, joint_ids: np.ndarray, p: np.ndarray, n: np.ndarray
-) -> np.ndarray:
-    """Return the rows [k, nv]: speed along n[i] of the point p[i] on the body of joint_ids[i]."""
-    A = np.zeros((len(joint_ids), columns.shape[0]))
-    for i in range(len(joint_ids)):
-        add_point_row(columns, carries[joint_ids[i]], p[i], n[i], 1.0, A, i)
-    return A
-
-
 @inlined
 def twist_of(
     joint: np.ndarray, velocity: np.ndarray, T: np.ndarray

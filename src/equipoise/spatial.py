@@ -32,23 +32,6 @@ def skew(p: Array) -> Array:
     return pin.skew(p)
 
 
-def rotation_error(R_ref: Array, R: Array) -> Array:
-    """Return the rotation vector [rad] (3,), in world axes, that carries R to R_ref.
-
-    Both rotations map body axes to world axes. Turning with the world angular velocity
-    `rate * rotation_error` shrinks the error exponentially with that rate.
-    """
-    return pin.log3(R_ref @ R.T)
-
-
-def pose_error(T_ref: pin.SE3, T: pin.SE3) -> Array:
-    """Return (6,): position error [m] and rotation error [rad], both in world axes, T to T_ref."""
-    error = np.empty(6)
-    error[:3] = T_ref.translation - T.translation
-    error[3:] = rotation_error(T_ref.rotation, T.rotation)
-    return error
-
-
 def velocity_transport(q: Array, q_ref: Array, v_ref: Array) -> Array:
     """Express a reference velocity in the base axes of the actual configuration.
 

@@ -72,8 +72,3 @@ def pose_difference(target: np.ndarray, T: np.ndarray) -> np.ndarray:
         error[i] = target[9 + i] - T[9 + i]
     error[3], error[4], error[5] = rotation_difference(target, T)
     return error
-
-
-def pose_error_norms(error: Array) -> tuple[float, float]:
-    """Return the length [m] and the angle [rad] of a pose error (6,)."""
-    return float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))

@@ -55,6 +55,31 @@ def test_the_panel_asks_only_for_what_was_changed(server: ViewerServer) -> None:
     assert sent[-2:] == [("step", 3), ("run", True)]
 
 
+def test_what_was_typed_last_is_sent_last(server: ViewerServer) -> None:
+    sent: list[float] = []
+    first_is_on_its_way, go_on = threading.Event(), threading.Event()
+
+    def send(_kind: str, wishes: Wishes) -> None:
+        if not first_is_on_its_way.is_set():
+            first_is_on_its_way.set()
+            go_on.wait(10.0)
+        sent.append(wishes.gains["alpha"])
+
+    panel = SteeringPanel(server.viser.gui, read_scenario("tray"), tray_places(), "BODY", send)
+    hand = SimpleNamespace(client_id=1)
+    threads = [threading.Thread(target=panel._changed, args=(hand,)) for _ in range(2)]
+    panel._gains["alpha"].value = 7.0
+    threads[0].start()
+    assert first_is_on_its_way.wait(10.0)
+    panel._gains["alpha"].value = 7.5
+    threads[1].start()
+    threads[1].join(0.2)  # it would overtake here
+    go_on.set()
+    for thread in threads:
+        thread.join(10.0)
+    assert sent == [7.0, 7.5]
+
+
 @pytest.fixture(scope="module")
 def watched(tmp_path_factory: pytest.TempPathFactory):
     """A run that was watched by one page through a real process, which was then killed."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
 import numpy as np
@@ -24,6 +25,7 @@ class SteeringPanel:
         self, gui: viser.GuiApi, scenario: schema.Scenario, places: Places, frame: str, send: Send
     ) -> None:
         self._gui, self._send = gui, send
+        self._wishing = threading.Lock()
         self._running = True
         self._time = gui.add_text("Time", "0.000 s", disabled=True)
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, hint="space")
@@ -109,10 +111,15 @@ class SteeringPanel:
     def _release(self) -> None:
         for slider in self._push:
             slider.value = 0.0
-        self._send("wishes", self.wishes)
+        self._wish()
 
     def _changed(self, event: viser.GuiEvent) -> None:
         if event.client_id is not None:
+            self._wish()
+
+    def _wish(self) -> None:
+        """Send what stands in the controls; the page's threads one by one, so the newest is last."""
+        with self._wishing:
             self._send("wishes", self.wishes)
 
     def _set_running(self, running: bool) -> None:

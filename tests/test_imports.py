@@ -13,15 +13,16 @@ import equipoise
 
 ROOT = Path(equipoise.__file__).parent
 
-KERNELS = {"compilation", "spatial_kernels", "kinematics_kernels"}
+KERNELS = {"compilation", "scratch", "spatial_kernels", "kinematics_kernels"}
 KINEMATIC = {*KERNELS, "errors", "spatial", "robots", "kinematics"}
 
 # room: rooms it may import (itself is always allowed)
 BELOW = {
     "errors": set(),
     "compilation": set(),
+    "scratch": set(),
     "spatial": {"errors"},
-    "spatial_kernels": {"compilation"},
+    "spatial_kernels": {"compilation", "scratch"},
     "live_views": {"errors", "spatial"},
     "kinematics_kernels": {"compilation", "spatial_kernels"},
     "robots": {"errors", "spatial"},

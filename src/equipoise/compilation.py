@@ -15,12 +15,18 @@ from functools import cache
 from pathlib import Path
 
 import numba
+from numba.core.options import DefaultOptions
 
 LOG = logging.getLogger(__name__)
 
 FAST = {"reassoc", "contract", "nsz"}
+# no reference counts: arrays outlive kernels, and counting takes a fifth of their time. Kernels
+# cannot allocate for that, see `scratch`
+UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+OPTIONS = {"error_model": "numpy", "fastmath": FAST, **UNCOUNTED}
 PACKAGE = Path(__file__).parent
 _MARKS = (b"\n@compiled\n", b"\n@entrance\n", b"\n@inlined\n")
+_HOW = Path(__file__), PACKAGE / "scratch.py"  # how they are compiled
 _announced = False
 
 
@@ -37,7 +43,7 @@ def kept_in(room: Path) -> Path:
     Kernels may call those of other rooms and take constants from their neighbours.
     """
     digest = hashlib.sha256()
-    for path in sorted({*room.glob("*.py"), *kernel_files()}):
+    for path in sorted({*room.glob("*.py"), *kernel_files(), *_HOW}):
         digest.update(path.read_bytes())
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
     base = Path(home) if home else Path.home() / ".cache"
@@ -71,15 +77,15 @@ def entrance(function: Callable) -> Callable:
 
 def inlined(function: Callable) -> Callable:
     """Compile a small kernel, or one with one caller, into the kernels that call it."""
-    return numba.njit(inline="always", error_model="numpy", fastmath=FAST)(function)
+    return numba.njit(inline="always", **OPTIONS)(function)
 
 
 def _kept(function: Callable, **options: bool) -> Callable:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(kept_in(Path(function.__code__.co_filename).parent))
     try:
-        return numba.njit(cache=True, error_model="numpy", fastmath=FAST, **options)(function)
+        return numba.njit(cache=True, **OPTIONS, **options)(function)
     except RuntimeError:  # nowhere to write
-        return numba.njit(error_model="numpy", fastmath=FAST, **options)(function)
+        return numba.njit(**OPTIONS, **options)(function)
     finally:
         numba.config.CACHE_DIR = before

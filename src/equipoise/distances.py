@@ -107,6 +107,8 @@ class EndDistances:
     The point of a capsule that is nearest to a flat face jumps from one end to the other when the
     capsule turns past parallel, and with it the row of the pair. With a row for each end beside
     the row of the whole, the set of allowed velocities stays continuous there.
+
+    After `refresh` the ends at hand are those numbered `rows` (k,), of the pairs `pair_of` (k,).
     """
 
     def __init__(self, scene: Scene, pairs: Sequence[Pair]) -> None:
@@ -122,9 +124,9 @@ class EndDistances:
             self._add_rows(k, pair, first, second)
             self._add_rows(k, pair, second, first)
         self._data = self._geometry.createData()
-        self._results = _live_results(scene, self._geometry, self._data)
-        self._joint_ids = np.array(self._joints, dtype=np.int64).reshape(-1, 2)
-        self._choose(())
+        self.results = _live_results(scene, self._geometry, self._data)
+        self.joint_ids = np.array(self._joints, dtype=np.int64).reshape(-1, 2)
+        self._choose(b"", np.zeros(0, dtype=np.int64))
 
     def _add_rows(self, k: int, pair: Pair, ended: Sequence[int], others: Sequence[int]) -> None:
         shapes = self.scene.geometry.geometryObjects
@@ -162,30 +164,22 @@ class EndDistances:
             self._ends[index] = (ends[0], ends[1])
         return self._ends[index]
 
-    def near(self, kin: Kinematics, pairs: Array, within: Array) -> tuple[Array, Array, Array]:
-        """Return the ends of `pairs` (indices) that are nearer than `within` (len(pairs),) [m].
-
-        Returns: rows (k,), their distances [m] (k,) and the rates of those (k, nv) at `kin`.
-        """
-        chosen = tuple(pairs.tolist())
+    def refresh(self, kin: Kinematics, close: Array) -> None:
+        """Let Coal write `results` of the ends of `close` pairs (len(pairs),) of zeros and ones."""
+        chosen = close.tobytes()
         if chosen != self._chosen:
-            self._choose(chosen)
-        live, results, rows = kin.live, self._results, self._rows
+            self._choose(chosen, np.flatnonzero(close))
         pin.updateGeometryPlacements(
             self.scene.robot.model, kin.pin_data, self._geometry, self._data
         )
         pin.computeDistances(self._geometry, self._data)
-        kept = rows[results[rows, 0] < within[self._place]]
-        A = np.zeros((len(kept), kin.robot.nv))
-        rates_of_distances(live.columns, live.carries, results, kept, self._joint_ids[kept], A, 0)
-        return kept, results[kept, 0], A
 
-    def _choose(self, pairs: tuple[int, ...]) -> None:
+    def _choose(self, chosen: bytes, pairs: Array) -> None:
         """Let Coal look at the ends of these pairs only, until others are chosen."""
-        self._chosen = pairs
-        owners = [(row, place) for place, pair in enumerate(pairs) for row in self._rows_of[pair]]
-        self._rows = np.array([row for row, _ in owners], dtype=np.int64)
-        self._place = np.array([place for _, place in owners], dtype=np.int64)
+        self._chosen = chosen
+        owners = [(row, pair) for pair in pairs for row in self._rows_of[pair]]
+        self.rows = np.array([row for row, _ in owners], dtype=np.int64)
+        self.pair_of = np.array([pair for _, pair in owners], dtype=np.int64)
         self._data.deactivateAllCollisionPairs()
         for row, _ in owners:
             self._data.activateCollisionPair(row)

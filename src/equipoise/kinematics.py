@@ -14,8 +14,8 @@ import pinocchio as pin
 from equipoise.errors import EquipoiseError, NonFiniteError, ShapeError
 from equipoise.kinematics_kernels import (
     frame_jacobian,
-    is_finite,
     motion_of,
+    take_state,
 )
 from equipoise.live_views import motion_rows, pose_rows
 from equipoise.robots import Robot
@@ -30,12 +30,14 @@ class StaleKinematicsError(EquipoiseError):
 class LiveArrays:
     """What kernels read of one robot's kinematics; everything but the last three changes with it.
 
-    `frames` (nframes, 12) and `joints` (njoints, 12) pose rows; `columns` (nv, 6) the world
-    Jacobian transposed; `velocities`, `accelerations` (njoints, 6) of joints in their own axes;
+    `q` (nq,) the configuration; `frames` (nframes, 12) and `joints` (njoints, 12) pose rows;
+    `columns` (nv, 6) the world Jacobian transposed; `velocities`, `accelerations` (njoints, 6) of
+    joints in their own axes;
     `com` (3,) and `com_rows` (3, nv) the centre of mass; `carries` (njoints, nv) is 1 where a
     velocity moves the body of a joint; `joint_ids` and `joint_of` each frame's joint.
     """
 
+    q: Array
     frames: Array
     joints: Array
     columns: Array
@@ -87,9 +89,10 @@ class KinematicsEvaluator:
             raise ShapeError("q", q.shape, (robot.nq,))
         if v.shape != (robot.nv,):
             raise ShapeError("v", v.shape, (robot.nv,))
-        q, v = _frozen(q), _frozen(v)
-        if not is_finite(q, v):
+        q, v = q.astype(float), v.astype(float)
+        if not take_state(q, v, self.live.q):
             raise NonFiniteError("the state (q, v) holds a NaN or an infinity")
+        q.flags.writeable = v.flags.writeable = False
         self.stamp += 1
         return Kinematics(self, q, v, t)
 
@@ -119,8 +122,8 @@ class Kinematics:
         self.t = t
         self._has_drift = self._has_com = False
         self._com: tuple[Array, Array] | None = None
-        self._jacobians: dict[int, Array] = {}
-        self._motions: dict[int, Array] = {}
+        self._jacobians: dict[int, Array] | None = None  # made when the first is asked for
+        self._motions: dict[int, Array] | None = None
         evaluator.compute(self.q)
 
     @property
@@ -160,11 +163,14 @@ class Kinematics:
 
         Both are in world axes: `[p_dot; omega] = jacobian @ v`.
         """
+        if self._jacobians is None:
+            self._jacobians = {}
         J = self._jacobians.get(frame_id)
         if J is None:
             live = self.live
             carried = live.carries[live.joint_of[frame_id]]
-            J = frame_jacobian(live.columns, carried, live.frames[frame_id])
+            J = np.empty((6, self.robot.nv))
+            frame_jacobian(live.columns, carried, live.frames[frame_id], J)
             J.flags.writeable = False
             self._jacobians[frame_id] = J
         return J
@@ -179,14 +185,18 @@ class Kinematics:
 
     def _motion(self, frame_id: int) -> Array:
         live = self.live_with_drift
+        if self._motions is None:
+            self._motions = {}
         motion = self._motions.get(frame_id)
         if motion is None:
             joint = live.joint_of[frame_id]
-            motion = motion_of(
+            motion = np.empty((2, 6))
+            motion_of(
                 live.joints[joint],
                 live.velocities[joint],
                 live.accelerations[joint],
                 live.frames[frame_id],
+                motion,
             )
             self._motions[frame_id] = motion
         return motion
@@ -237,6 +247,7 @@ def _live_arrays(robot: Robot, pin_data: pin.Data) -> LiveArrays:
             carries[joint_id, joint.idx_v : joint.idx_v + joint.nv] = 1.0
     joint_of = tuple(int(frame.parentJoint) for frame in model.frames)
     return LiveArrays(
+        q=np.array(q),
         frames=pose_rows(pin_data.oMf),
         joints=pose_rows(pin_data.oMi),
         columns=pin_data.J.T,

@@ -67,11 +67,9 @@ def joint_rows(A: np.ndarray, at: int, count: int) -> None:
 
 
 @entrance
-def frame_jacobian(columns: np.ndarray, carried: np.ndarray, T: np.ndarray) -> np.ndarray:
-    """Return the rows [6, nv] of a frame at T [12]."""
-    J = np.empty((6, columns.shape[0]))
+def frame_jacobian(columns: np.ndarray, carried: np.ndarray, T: np.ndarray, J: np.ndarray) -> None:
+    """Write the rows J [6, nv] of a frame at T [12]."""
     frame_rows(columns, carried, T, J, 0)
-    return J
 
 
 @inlined
@@ -116,12 +114,14 @@ def frame_motion(
 
 @entrance
 def motion_of(
-    joint: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, T: np.ndarray
-) -> np.ndarray:
-    """Return twist and drift [2, 6] of a frame, as `frame_motion` writes them."""
-    out = np.empty((2, 6))
+    joint: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    T: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Write to `out` twist and drift [2, 6] of a frame, as `frame_motion` writes them."""
     frame_motion(joint, velocity, acceleration, T, out)
-    return out
 
 
 @entrance
@@ -133,6 +133,18 @@ def is_finite(q: np.ndarray, v: np.ndarray) -> bool:
     total = 0.0
     for i in range(q.shape[0]):
         total += q[i]
+    for i in range(v.shape[0]):
+        total += v[i]
+    return abs(total) < np.inf
+
+
+@entrance
+def take_state(q: np.ndarray, v: np.ndarray, kept: np.ndarray) -> bool:
+    """Copy q [nq] to `kept`; tell whether q and v [nv] are finite, as `is_finite`."""
+    total = 0.0
+    for i in range(q.shape[0]):
+        total += q[i]
+        kept[i] = q[i]
     for i in range(v.shape[0]):
         total += v[i]
     return abs(total) < np.inf

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from equipoise.compilation import compiled, inlined
+from equipoise.scratch import scratch, scratch_matrix
 
 
 @inlined
@@ -43,7 +44,7 @@ def crossed(
 @compiled
 def rotation_difference(T_ref: np.ndarray, T: np.ndarray) -> tuple[float, float, float]:
     """Return the rotation vector [rad] of R_ref R^T, in world axes, by way of a quaternion."""
-    r = np.empty((3, 3))
+    r = scratch_matrix(3, 3)
     for i in range(3):
         for k in range(3):
             r[i, k] = T_ref[i] * T[k] + T_ref[3 + i] * T[3 + k] + T_ref[6 + i] * T[6 + k]
@@ -69,7 +70,7 @@ def rotation_vector(r: np.ndarray) -> tuple[float, float, float]:
         large = 0.5 * math.sqrt(1.0 + r[i, i] - r[k, k] - r[m, m])
         scale = 0.25 / large
         w = (r[m, k] - r[k, m]) * scale
-        parts = np.empty(3)
+        parts = scratch(3)
         parts[i] = large
         parts[k] = (r[k, i] + r[i, k]) * scale
         parts[m] = (r[m, i] + r[i, m]) * scale

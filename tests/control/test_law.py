@@ -120,7 +120,7 @@ def test_a_bad_measurement_keeps_the_last_torque(hrp2, rng, field, value):
     array = getattr(measured, field).copy()
     array[3] = value
     _, target = random_tick(hrp2, rng, q)
-    held = controller.step(1.0, replace(measured, **{field: array}), target)
+    held = controller.step(1.0, measured._replace(**{field: array}), target)
     assert held.status is ControlStatus.HELD
     assert np.array_equal(held.tau, command.tau)
     assert np.array_equal(controller.posture.integral_of_sign, before)
@@ -130,7 +130,7 @@ def test_wrong_shapes_are_refused_by_name(hrp2, rng):
     controller = controller_at(hrp2, hrp2.q_half_sitting)
     measured, target = random_tick(hrp2, rng, hrp2.q_half_sitting)
     with pytest.raises(ShapeError, match="measured lam"):
-        controller.step(0.0, replace(measured, lam=np.zeros(3)), target)
+        controller.step(0.0, measured._replace(lam=np.zeros(3)), target)
 
 
 def test_without_support_it_refuses(hrp2):

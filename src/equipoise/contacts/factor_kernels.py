@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from equipoise.compilation import compiled, entrance, inlined
+from equipoise.scratch import scratch, scratch_matrix
 
 column = np.uint64  # the compiler makes better loops of unsigned columns
 
@@ -22,7 +23,7 @@ def factorise(
 ) -> int:
     """Factorise J [r, nv]; return the rank: rows beyond have less than `tolerance` of the first."""
     r, nv = J.shape
-    squares, once = np.empty(r), np.empty(r)  # of what is left of a row: now, when last summed up
+    squares, once = scratch(r), scratch(r)  # of what is left of a row: now, when last summed up
     for i in range(r):
         pivots[i] = i
         total = 0.0
@@ -86,7 +87,8 @@ def reflect(reflectors: np.ndarray, k: int, x: np.ndarray, i: int) -> None:
 def project(reflectors: np.ndarray, rank: int, x: np.ndarray, out: np.ndarray) -> None:
     """Write `x - Q1 Q1^T x` to `out`."""
     row = out.reshape(1, -1)
-    row[0, :] = x
+    for c in range(column(x.shape[0])):
+        row[0, c] = x[c]
     for k in range(rank):
         reflect(reflectors, k, row, 0)
     for k in range(rank):
@@ -115,13 +117,11 @@ def lift(
                 total -= L[k, c] * row[0, c]
             row[0, k] = total / L[k, k]
     else:
-        permuted = np.empty(r)
+        permuted, trapezoid = scratch(r), scratch_matrix(r, rank)
         for i in range(r):
             permuted[i] = y[pivots[i]]
-        trapezoid = L[:, :rank].copy()
-        for i in range(rank):
-            for c in range(i + 1, rank):
-                trapezoid[i, c] = 0.0
+            for c in range(rank):
+                trapezoid[i, c] = L[i, c] if c <= i else 0.0
         least_squares(trapezoid, permuted)
         for k in range(rank):
             row[0, k] = permuted[k]

@@ -10,6 +10,7 @@ import pinocchio as pin
 from equipoise.compilation import compiled
 from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
 from equipoise.kinematics_kernels import frame_motion
+from equipoise.scratch import scratch, scratch_matrix
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial_kernels import crossed, rotation_difference, turned_back
 
@@ -84,7 +85,7 @@ def grasp_rows(
         J[at + 3, c], J[at + 4, c], J[at + 5, c] = turned_back(T_a, wx, wy, wz)
     x, y, z = turned_back(T_a, px - T_a[9], py - T_a[10], pz - T_a[11])
     residual[at], residual[at + 1], residual[at + 2] = x - held[9], y - held[10], z - held[11]
-    seen = np.empty(12)  # the pose of b in a
+    seen = scratch(12)  # the pose of b in a
     for k in range(3):
         x, y, z = turned_back(T_a, T_b[3 * k], T_b[3 * k + 1], T_b[3 * k + 2])
         seen[3 * k], seen[3 * k + 1], seen[3 * k + 2] = x, y, z
@@ -109,10 +110,13 @@ def grasp_drift(
     In axes that turn with omega, `x_seen'' = x'' - 2 omega x x_seen' - omega x (omega x x) -
     omega' x x`; the accelerations of a and b give the first and the last.
     """
-    of_a, of_b = np.empty((2, 6)), np.empty((2, 6))
+    of_a, of_b = scratch_matrix(2, 6), scratch_matrix(2, 6)
     frame_motion(joints[a], velocities[a], accelerations[a], T_a, of_a)
     frame_motion(joints[b], velocities[b], accelerations[b], T_b, of_b)
-    v, bias = of_b[0] - of_a[0], of_b[1] - of_a[1]
+    v, bias = of_b[0], of_b[1]
+    for i in range(6):
+        v[i] -= of_a[0, i]
+        bias[i] -= of_a[1, i]
     wx, wy, wz = of_a[0, 3], of_a[0, 4], of_a[0, 5]
     rx, ry, rz = T_b[9] - T_a[9], T_b[10] - T_a[10], T_b[11] - T_a[11]
     cx, cy, cz = crossed(wx, wy, wz, rx, ry, rz)

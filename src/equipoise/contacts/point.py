@@ -11,6 +11,7 @@ from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
 from equipoise.contacts.body_point import ORIGIN, require_offset
 from equipoise.errors import ShapeError
 from equipoise.kinematics_kernels import frame_motion
+from equipoise.scratch import scratch, scratch_matrix
 from equipoise.spatial import Array
 from equipoise.spatial_kernels import crossed, turned
 
@@ -87,8 +88,10 @@ def point_drift_rows(
     at: int,
 ) -> None:
     """Write `dJ/dt v`: the acceleration of the point at zero `dv/dt`."""
-    there, motion = T.copy(), np.empty((2, 6))
+    there, motion = scratch(12), scratch_matrix(2, 6)
     rx, ry, rz = turned(T, kept[0], kept[1], kept[2])
+    for i in range(9):
+        there[i] = T[i]
     there[9], there[10], there[11] = T[9] + rx, T[10] + ry, T[11] + rz
     frame_motion(joint, velocity, acceleration, there, motion)
     drift[at], drift[at + 1], drift[at + 2] = motion[1, 0], motion[1, 1], motion[1, 2]

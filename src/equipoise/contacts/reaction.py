@@ -59,8 +59,8 @@ def outline(sole: Sole, friction: float) -> Array:
 
 
 @entrance
-def margins_of(lam: np.ndarray, outline: np.ndarray) -> np.ndarray:
-    """Return normal, friction, pressure and yaw margin (4,) of a wrench (6,)."""
+def margins_of(lam: np.ndarray, outline: np.ndarray) -> tuple[float, float, float, float]:
+    """Return normal, friction, pressure and yaw margin of a wrench [6]."""
     half_x, half_y, centre_x, centre_y, friction = outline
     fx, fy, fz, mx, my, mz = lam
     mx_c = mx - centre_y * fz
@@ -70,11 +70,5 @@ def margins_of(lam: np.ndarray, outline: np.ndarray) -> np.ndarray:
     reach = friction * (half_x + half_y) * fz
     yaw_max = reach - abs(half_y * fx + friction * mx_c) - abs(half_x * fy + friction * my_c)
     yaw_min = -reach + abs(half_y * fx - friction * mx_c) + abs(half_x * fy - friction * my_c)
-    return np.array(
-        [
-            fz,
-            friction * fz - np.sqrt(fx * fx + fy * fy),
-            pressure,
-            min(yaw_max - mz_c, mz_c - yaw_min),
-        ]
-    )
+    cone = friction * fz - np.sqrt(fx * fx + fy * fy)
+    return fz, cone, pressure, min(yaw_max - mz_c, mz_c - yaw_min)

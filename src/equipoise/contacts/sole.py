@@ -11,6 +11,7 @@ from equipoise.compilation import compiled
 from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
 from equipoise.kinematics_kernels import frame_motion
 from equipoise.robots import Sole
+from equipoise.scratch import scratch_matrix
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial_kernels import crossed, rotation_difference, turned_back
 
@@ -107,7 +108,7 @@ def sole_drift(
     at: int,
 ) -> None:
     """Write `dJ/dt v` in axes of the anchor."""
-    motion = np.empty((2, 6))
+    motion = scratch_matrix(2, 6)
     frame_motion(joint, velocity, acceleration, T, motion)
     a = motion[1]
     drift[at], drift[at + 1], drift[at + 2] = turned_back(anchor, a[0], a[1], a[2])

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from equipoise.compilation import compiled, entrance
+from equipoise.scratch import scratch, scratch_matrix
 from equipoise.spatial import Array
 
 LIGHTEST = 0.05  # share of the mean load below which a foot counts as no lighter
@@ -39,7 +40,8 @@ def least_reaction(
     F: np.ndarray,
 ) -> None:
     """Write the F [k] of `distribute_base_wrench`; J [r, nv] has the supporting rows at `rows`."""
-    normal, wanted = np.zeros((6, 6)), np.empty(6)
+    normal, wanted = scratch_matrix(6, 6), scratch(6)
+    normal[:, :] = 0.0
     for i in range(6):
         wanted[i] = u[i]
     for k in range(rows.shape[0]):
@@ -66,10 +68,9 @@ def reaction_costs(
     `terms` [2, k] holds for each row the constant part of its cost and the part over the load.
     """
     count = normal_rows.shape[0]
-    normal, mean = np.zeros(count), 0.0
+    normal, mean = scratch(count), 0.0
     for i in range(count):
-        if normal_rows[i] >= 0:
-            normal[i] = max(lam[normal_rows[i]], 0.0)
+        normal[i] = max(lam[normal_rows[i]], 0.0) if normal_rows[i] >= 0 else 0.0
         mean += normal[i] / count
     start = 0
     for i in range(count):

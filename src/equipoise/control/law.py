@@ -7,8 +7,8 @@ at all is outside, once, when the adviser suggests the constant matrix `K_d`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -20,20 +20,17 @@ from equipoise.control.law_kernels import (
     HELD,
     RUN,
     SATURATED,
-    all_finite,
-    law_force,
-    law_torque,
+    law_tick,
 )
 from equipoise.control.manifolds import ForceManifold, PostureManifold
 from equipoise.control.support import Support
-from equipoise.errors import InputError, ShapeError
+from equipoise.errors import InputError, NonFiniteError, ShapeError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
 
-@dataclass(frozen=True)
-class Measurement:
+class Measurement(NamedTuple):
     """What sensors give: `q` (nq,), `v` (nv,), `lam` (r,) of the stacked contacts."""
 
     q: Array
@@ -41,8 +38,7 @@ class Measurement:
     lam: Array
 
 
-@dataclass(frozen=True)
-class Target:
+class Target(NamedTuple):
     """What is wanted now: `q_ref` (nq,), `v_ref` (nv,), `lam_ref` (k,) of the regulated rows."""
 
     q_ref: Array
@@ -58,8 +54,7 @@ class ControlStatus(Enum):
     HELD = "the measurement or target held a NaN or an infinity; the last torque is kept"
 
 
-@dataclass(frozen=True)
-class Command:
+class Command(NamedTuple):
     """What a tick returns: `tau` (na,) [N m] within its limits, and how it came about.
 
     `u` (nv,) is the fully actuated law, `base_reaction` (k,) the change F of the supporting
@@ -73,6 +68,10 @@ class Command:
     s: Array
 
 
+_INPUTS = (
+    *("measured q", "measured v", "measured lam"),
+    *("target q_ref", "target v_ref", "target lam_ref"),
+)
 _STATUS = {RUN: ControlStatus.RUN, SATURATED: ControlStatus.SATURATED}
 
 
@@ -82,7 +81,7 @@ class PassivityController:
     Its whole memory: `posture`, `force` (the manifolds), `base_reaction`, `tau`, `u`, `handover`.
     Source: eqs. (21), (24). Differs from the print: `- ds_dF/dt` instead of `+` (only then does
     (26) follow); the rows of J_phi whose force is not regulated have zero force error; the six
-    base rows of the torque go to the supporting contacts (`Support`); integrals
+    base rows of the torque go to the supporting contacts (`least_reaction`); integrals
     stop while a torque is clamped. With `damp_violation` s also holds `(I - Q_phi) dv`.
     """
 
@@ -101,6 +100,7 @@ class PassivityController:
             )
         self.robot, self.contacts, self.gains, self.dt = robot, contacts, gains, dt
         self.K_d = gains.damping_matrix(robot.nv)
+        self._tau_max = robot.tau_max.copy()  # arrays that may be written reach kernels faster
         self._evaluator = KinematicsEvaluator(robot)
         self._hold(contacts)
         self.reset()
@@ -174,114 +174,103 @@ class PassivityController:
 
         Raises: `ShapeError` if an array has the wrong shape.
         """
-        self._check_shapes(measured, target)
-        measured, target = self._plain.taken(measured, target)
-        q, v, lam = measured.q, measured.v, measured.lam
-        if not all_finite(q, v, lam, target.q_ref, target.v_ref, target.lam_ref):
+        plain = self._plain
+        plain.take(measured, target)
+        measured, target = plain.measured, plain.target
+        try:
+            kin = self._evaluator.at(measured.q, measured.v, t)
+        except NonFiniteError:
             return self._held()
-        self.contacts.fill(self._evaluator.at(q, v, t), self._rows)
-        s, u = self._force(t, q, v, target)
-        self._hand_over(t, u)
-        base_reaction = self._support.reaction(self._rows.J, u, lam, self.base_reaction)
-        tau = np.empty(self.robot.na)
-        code = self._torque(u, base_reaction, lam, target.lam_ref, tau)
+        self.contacts.fill(kin, self._rows)
+        robot = self.robot
+        s, u, tau = np.empty(robot.nv), np.empty(robot.nv), np.empty(robot.na)
+        base_reaction = np.empty(len(self.base_reaction))
+        if not self._started:
+            self.posture.t0 = t
+            self.force.start(t)
+        if self._switching:
+            self._handover_t0, self._handing_over = t, True
+        code = self._law(t, measured, target, s, u, base_reaction, tau)
         if code == HELD:
             return self._held()
+        self._started, self._switching = True, False
         self.u, self.base_reaction, self.tau = u, base_reaction, tau
         return Command(tau, _STATUS[code], u, base_reaction, s)
 
-    def _force(self, t: float, q: Array, v: Array, target: Target) -> tuple[Array, Array]:
-        """Return s and u (nv,), every row actuated; begin the manifolds if they have not."""
+    def _law(
+        self,
+        t: float,
+        measured: Measurement,
+        target: Target,
+        s: Array,
+        u: Array,
+        base_reaction: Array,
+        tau: Array,
+    ) -> int:
+        """Write the arrays of a command; return how it went."""
         gains, posture, force, factor = self.gains, self.posture, self.force, self._factor
-        starting = not self._started
-        if starting:
-            posture.t0 = t
-            force.start(t)
-            self._started = True
-        s, u = np.empty(self.robot.nv), np.empty(self.robot.nv)
-        factor.rank = law_force(
-            q,
-            v,
+        contacts, support = self.contacts, self._support
+        code, factor.rank = law_tick(
+            measured.q,
+            measured.v,
+            measured.lam,
             target.q_ref,
             target.v_ref,
-            pin.difference(self.robot.model, target.q_ref, q),
             target.lam_ref,
+            pin.difference(self.robot.model, target.q_ref, measured.q),
             self._rows.J,
             factor.L,
             factor.reflectors,
             factor.pivots,
-            self.contacts.regulated_rows,
+            contacts.regulated_rows,
+            contacts.supporting_rows,
+            support.normal_rows,
+            support.ends,
+            support.terms,
             self.K_d,
+            self._tau_max,
             posture.memory,
             force.memory,
+            self.base_reaction,
+            self.u,
+            self.handover,
             s,
             u,
-            starting,
+            base_reaction,
+            tau,
+            not self._started,
+            self._switching,
+            self._share_of_handover(t),
             float(t - posture.t0),
             posture.alpha,
             posture.beta_p,
             posture.k_ip,
-            float(t - force.t0),
-            force.beta_F,
-            force.k_iF,
-            gains.beta,
-            gains.mu,
-            gains.eta,
-            RANK_TOLERANCE,
-            gains.damp_violation,
-        )
-        return s, u
-
-    def _hand_over(self, t: float, u: Array) -> None:
-        """Add to u what is left of the last switch's difference."""
-        if self._switching:
-            self.handover, self._handover_t0 = self.u - u, t
-            self._switching, self._handing_over = False, True
-        if self._handing_over:
-            u += self.handover * math.exp(-(t - self._handover_t0) / self.gains.handover)
-
-    def _torque(
-        self, u: Array, base_reaction: Array, lam: Array, lam_ref: Array, tau: Array
-    ) -> int:
-        posture, force, contacts = self.posture, self.force, self.contacts
-        return law_torque(
-            self._rows.J,
-            self._factor.reflectors,
-            self._factor.rank,
-            contacts.supporting_rows,
-            contacts.regulated_rows,
-            u,
-            base_reaction,
-            lam,
-            lam_ref,
-            self.robot.tau_max,
-            posture.memory,
-            force.memory,
-            tau,
-            self.dt,
             posture.bound,
             posture.sgn.code,
             posture.sgn.layer,
+            float(t - force.t0),
+            force.beta_F,
+            force.k_iF,
             force.sgn.code,
             force.sgn.layer,
+            gains.beta,
+            gains.mu,
+            gains.eta,
+            gains.damp_violation,
+            RANK_TOLERANCE,
+            self.dt,
         )
+        return code
+
+    def _share_of_handover(self, t: float) -> float:
+        """Return what is left of the last switch's difference at time `t` [s]."""
+        if not self._handing_over:
+            return 0.0
+        return math.exp(-(t - self._handover_t0) / self.gains.handover)
 
     def _held(self) -> Command:
         nothing = np.zeros(self.robot.nv)
         return Command(self.tau, ControlStatus.HELD, nothing, self.base_reaction, nothing)
-
-    def _check_shapes(self, measured: Measurement, target: Target) -> None:
-        wanted = (
-            ("measured q", measured.q, self.robot.nq),
-            ("measured v", measured.v, self.robot.nv),
-            ("measured lam", measured.lam, self.contacts.size),
-            ("target q_ref", target.q_ref, self.robot.nq),
-            ("target v_ref", target.v_ref, self.robot.nv),
-            ("target lam_ref", target.lam_ref, self.contacts.regulated_rows.size),
-        )
-        for name, array, size in wanted:
-            if array.shape != (size,):
-                raise ShapeError(name, array.shape, (size,))
 
 
 class _Inputs:
@@ -289,12 +278,16 @@ class _Inputs:
 
     def __init__(self, robot: Robot, contacts: ContactStack) -> None:
         nq, nv, k = robot.nq, robot.nv, contacts.regulated_rows.size
-        self.measured = Measurement(np.zeros(nq), np.zeros(nv), np.zeros(contacts.size))
-        self.target = Target(np.zeros(nq), np.zeros(nv), np.zeros(k))
+        sizes = (nq, nv, contacts.size, nq, nv, k)
+        self._shapes = tuple((size,) for size in sizes)
+        self._memory = np.zeros(sum(sizes))
+        parts = np.split(self._memory, np.cumsum(sizes)[:-1])
+        self.measured, self.target = Measurement(*parts[:3]), Target(*parts[3:])
 
-    def taken(self, measured: Measurement, target: Target) -> tuple[Measurement, Target]:
-        own, wanted = self.measured, self.target
-        own.q[:], own.v[:], own.lam[:] = measured.q, measured.v, measured.lam
-        wanted.q_ref[:], wanted.v_ref[:] = target.q_ref, target.v_ref
-        wanted.lam_ref[:] = target.lam_ref
-        return own, wanted
+    def take(self, measured: Measurement, target: Target) -> None:
+        """Copy both. Raises: `ShapeError`."""
+        given = (measured.q, measured.v, measured.lam, target.q_ref, target.v_ref, target.lam_ref)
+        for array, shape, name in zip(given, self._shapes, _INPUTS, strict=True):
+            if array.shape != shape:
+                raise ShapeError(name, array.shape, shape)
+        np.concatenate(given, out=self._memory)

@@ -11,6 +11,7 @@ import numpy as np
 
 from equipoise.compilation import compiled, entrance
 from equipoise.contacts.factor_kernels import factorise, lift, project
+from equipoise.control.base_wrench import least_reaction, reaction_costs
 from equipoise.control.manifold_kernels import (
     RATE_OF_S_DF,
     S_P0,
@@ -23,6 +24,7 @@ from equipoise.control.manifold_kernels import (
     posture_integrate,
     posture_update,
 )
+from equipoise.scratch import scratch
 from equipoise.spatial_kernels import crossed, turned, turned_back
 
 RUN, SATURATED, HELD = range(3)  # how a tick went
@@ -44,7 +46,7 @@ def velocity_error(
     q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, dv: np.ndarray
 ) -> None:
     """Write `v - Ad v_ref`: the wanted twist of the base is seen from the actual base first."""
-    base, ref = np.empty(12), np.empty(12)
+    base, ref = scratch(12), scratch(12)
     base_pose(q, base)
     base_pose(q_ref, ref)
     vx, vy, vz = turned(ref, v_ref[0], v_ref[1], v_ref[2])
@@ -68,27 +70,7 @@ def is_finite(x: np.ndarray) -> bool:
     return abs(total) < np.inf
 
 
-@entrance
-def all_finite(
-    q: np.ndarray,
-    v: np.ndarray,
-    lam: np.ndarray,
-    q_ref: np.ndarray,
-    v_ref: np.ndarray,
-    lam_ref: np.ndarray,
-) -> bool:
-    """Tell whether a measurement and a target hold numbers only."""
-    return (
-        is_finite(q)
-        and is_finite(v)
-        and is_finite(lam)
-        and is_finite(q_ref)
-        and is_finite(v_ref)
-        and is_finite(lam_ref)
-    )
-
-
-@entrance
+@compiled
 def law_force(
     q: np.ndarray,
     v: np.ndarray,
@@ -126,14 +108,15 @@ def law_force(
     """
     nv, r = v.shape[0], J.shape[0]
     rank = factorise(J, L, reflectors, pivots, tolerance)
-    dv = np.empty(nv)
+    dv = scratch(nv)
     velocity_error(q, v, q_ref, v_ref, dv)
     if starting:
         for i in range(nv):
             posture[S_P0, i] = dv[i] + alpha * dq[i]
     posture_update(posture, dq, dv, age, alpha, beta_p, k_ip)
     force_update(force, age_F, beta_F, k_iF)
-    s_rF, lifted = np.zeros(r), np.empty(nv)
+    s_rF, lifted = scratch(r), scratch(nv)
+    s_rF[:] = 0.0
     for i in range(regulated.shape[0]):
         s_rF[regulated[i]] = force[S_RF, i]
     project(reflectors, rank, posture[S_RP], s)
@@ -161,7 +144,7 @@ def law_force(
     return rank
 
 
-@entrance
+@compiled
 def law_torque(
     J: np.ndarray,
     reflectors: np.ndarray,
@@ -189,7 +172,7 @@ def law_torque(
     is not finite nothing is written and HELD returned.
     """
     nv, na = u.shape[0], tau.shape[0]
-    wanted = np.empty(na)
+    wanted = scratch(na)
     for k in range(na):
         wanted[k] = u[6 + k]
     for i in range(supporting.shape[0]):
@@ -197,20 +180,100 @@ def law_torque(
             wanted[k] -= J[supporting[i], 6 + k] * base_reaction[i]
     if not is_finite(wanted):
         return HELD
-    s_qp, held = np.empty(nv), np.zeros(nv, dtype=np.bool_)
+    s_qp, held = scratch(nv), scratch(nv)
+    held[:] = 0.0
     project(reflectors, rank, posture[S_QP], s_qp)
     status = RUN
     for k in range(na):
         tau[k] = min(max(wanted[k], -tau_max[k]), tau_max[k])
         # K_d s enters the torque with a minus: a clamp at the top holds negative signs
-        held[6 + k] = (wanted[k] > tau[k] and s_qp[6 + k] < 0.0) or (
-            wanted[k] < tau[k] and s_qp[6 + k] > 0.0
-        )
+        if (wanted[k] > tau[k] and s_qp[6 + k] < 0.0) or (wanted[k] < tau[k] and s_qp[6 + k] > 0.0):
+            held[6 + k] = 1.0
         if wanted[k] != tau[k]:
             status = SATURATED
     posture_integrate(posture, s_qp, held, dt, bound, kind, layer)
-    dlam = np.empty(regulated.shape[0])
+    dlam = scratch(regulated.shape[0])
     for i in range(regulated.shape[0]):
         dlam[i] = lam[regulated[i]] - lam_ref[i]
     force_integrate(force, dlam, dt, kind_F, layer_F)
     return status
+
+
+@entrance
+def law_tick(
+    q: np.ndarray,
+    v: np.ndarray,
+    lam: np.ndarray,
+    q_ref: np.ndarray,
+    v_ref: np.ndarray,
+    lam_ref: np.ndarray,
+    dq: np.ndarray,
+    J: np.ndarray,
+    L: np.ndarray,
+    reflectors: np.ndarray,
+    pivots: np.ndarray,
+    regulated: np.ndarray,
+    supporting: np.ndarray,
+    normal_rows: np.ndarray,
+    ends: np.ndarray,
+    terms: np.ndarray,
+    K_d: np.ndarray,
+    tau_max: np.ndarray,
+    posture: np.ndarray,
+    force: np.ndarray,
+    reaction_before: np.ndarray,
+    u_before: np.ndarray,
+    handover: np.ndarray,
+    s: np.ndarray,
+    u: np.ndarray,
+    reaction: np.ndarray,
+    tau: np.ndarray,
+    starting: bool,
+    switching: bool,
+    share: float,
+    age: float,
+    alpha: float,
+    beta_p: float,
+    k_ip: float,
+    bound: float,
+    kind: int,
+    layer: float,
+    age_F: float,
+    beta_F: float,
+    k_iF: float,
+    kind_F: int,
+    layer_F: float,
+    beta: float,
+    mu: float,
+    eta: float,
+    damp_violation: bool,
+    tolerance: float,
+    dt: float,
+) -> tuple[int, int]:
+    """Write s, u [nv], the reaction [k] and tau [na]; return how the tick went and the rank of J.
+
+    When `switching`, `handover` [nv] becomes what u would jump by; a `share` of it is added to u.
+    One call for all: calling a kernel from Python costs about as much as half of these.
+    """
+    if not (is_finite(lam) and is_finite(q_ref) and is_finite(v_ref) and is_finite(lam_ref)):
+        return HELD, 0
+    rank = law_force(
+        q, v, q_ref, v_ref, dq, lam_ref, J, L, reflectors, pivots, regulated, K_d, posture, force,
+        s, u, starting, age, alpha, beta_p, k_ip, age_F, beta_F, k_iF, beta, mu, eta, tolerance,
+        damp_violation,
+    )  # fmt: skip
+    for i in range(u.shape[0]):
+        if switching:
+            handover[i] = u_before[i] - u[i]
+        u[i] += share * handover[i]
+    count = supporting.shape[0]
+    costs, without = scratch(count), scratch(count)
+    reaction_costs(lam, normal_rows, ends, terms, costs)
+    for i in range(count):
+        without[i] = lam[supporting[i]] - reaction_before[i]
+    least_reaction(J, supporting, u, costs, without, reaction)
+    how = law_torque(
+        J, reflectors, rank, supporting, regulated, u, reaction, lam, lam_ref, tau_max, posture,
+        force, tau, dt, bound, kind, layer, kind_F, layer_F,
+    )  # fmt: skip
+    return how, rank

@@ -15,12 +15,10 @@ S_F0, INTEGRAL_F, S_F, S_QF, S_RF, RATE_OF_S_DF = range(6)
 
 
 @entrance
-def sign_of(x: np.ndarray, kind: int, layer: float) -> np.ndarray:
-    """Return the sign of `x` by component."""
-    out = np.empty(x.shape[0])
+def sign_of(x: np.ndarray, kind: int, layer: float, out: np.ndarray) -> None:
+    """Write the sign of `x` by component."""
     for i in range(x.shape[0]):
         out[i] = soft_sign(x[i], kind, layer)
-    return out
 
 
 @compiled
@@ -63,7 +61,7 @@ def posture_integrate(
 ) -> None:
     """Advance the bounded integral of sgn, except where it is held."""
     for i in range(memory.shape[1]):
-        if not held[i]:
+        if held[i] == 0.0:
             advanced = memory[INTEGRAL, i] + dt * soft_sign(s_qp_tangent[i], kind, layer)
             memory[INTEGRAL, i] = min(max(advanced, -bound), bound)
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from equipoise.control.manifold_kernels import SATURATION, SIGN, TANH, sign_of
 from equipoise.errors import InputError
 from equipoise.spatial import Array
@@ -38,4 +40,6 @@ class SignFunction:
 
     def __call__(self, x: Array) -> Array:
         """Return the sign of `x` (k,) by component, in [-1, 1]."""
-        return sign_of(x, self.code, self.layer)
+        out = np.empty(len(x))
+        sign_of(x, self.code, self.layer, out)
+        return out

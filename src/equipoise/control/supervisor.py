@@ -6,7 +6,7 @@ Whatever it is given, it returns a finite torque within the limits and never rai
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -147,7 +147,7 @@ class Supervisor:
         lam_0 = self.observer.update(measured.lam[rows], F_before)
         lam = measured.lam.copy()
         lam[rows] = lam_0 + F_before  # the law takes its own part off again
-        command = controller.step(t, replace(measured, lam=lam), target)
+        command = controller.step(t, measured._replace(lam=lam), target)
         if self.bounds is None or command.status is ControlStatus.HELD:
             return command
         with np.errstate(all="ignore"):
@@ -199,7 +199,7 @@ class Supervisor:
         if not state_whole and (self._last is None or t - self._lost_since > self.limits.patience):
             return None, self._whose(measured)
         lam = measured.lam if forces_whole else self._substitute(measured.lam, forces, target)
-        complete = replace(measured, lam=lam)
+        complete = measured._replace(lam=lam)
         if not state_whole:
             assert self._last is not None
             complete = Measurement(

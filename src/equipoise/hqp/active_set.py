@@ -10,8 +10,10 @@ import numpy as np
 from equipoise.compilation import announce
 from equipoise.hqp.hierarchy import Hierarchy
 from equipoise.hqp.hierarchy_kernels import answer
-from equipoise.hqp.kernels import Buffers, Problem, allocate
+from equipoise.hqp.kernels import Buffers, allocate
 from equipoise.hqp.solution import Solution, Status, describe
+
+_FLOAT = np.dtype(np.float64)
 
 
 @cache
@@ -19,9 +21,9 @@ def prepare_kernels() -> None:
     """Load the compiled kernels by solving a tiny problem; compile them once, and say so."""
     announce(Path(__file__).parent)
     buffers, one = allocate(1, 1, 1), np.ones(1)
-    problem = Problem(np.ones((1, 1)), one, one)
     active = np.zeros(1, dtype=np.int8)
-    answer(problem, np.array([1]), buffers, 1, one.copy(), one.copy(), one.copy(), active)
+    outcome = one.copy(), one.copy(), one.copy(), active
+    answer(np.ones((1, 1)), one, one, np.array([1]), *buffers, 1, *outcome)
 
 
 class ActiveSet:
@@ -54,11 +56,19 @@ class ActiveSet:
         if m == 0:
             return describe(hierarchy, np.zeros(n), Status.SOLVED, self.name, 0)
         buffers, limits = self._prepare(m, n, ends)
-        problem = Problem(*map(_plain, (hierarchy.A, hierarchy.lower, hierarchy.upper)))
         v, w, slack = np.empty(n), np.empty(m), np.empty(len(ends))
         active = np.empty(m, dtype=np.int8)
         work, ended, finite = answer(
-            problem, limits, buffers, self.iteration_limit, v, w, slack, active
+            _plain(hierarchy.A),
+            _plain(hierarchy.lower),
+            _plain(hierarchy.upper),
+            limits,
+            *buffers,
+            self.iteration_limit,
+            v,
+            w,
+            slack,
+            active,
         )
         if not finite:
             self.reset()
@@ -78,6 +88,6 @@ class ActiveSet:
 
 def _plain(array: np.ndarray) -> np.ndarray:
     """Return the array in the one layout that the kernels are compiled for."""
-    if array.flags.carray and array.dtype == np.float64:
+    if array.flags.carray and array.dtype is _FLOAT:
         return array
     return np.array(array, dtype=np.float64, order="C")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,8 +25,7 @@ class Block(NamedTuple):
     rows: slice
 
 
-@dataclass(frozen=True, slots=True)
-class Hierarchy:
+class Hierarchy(NamedTuple):
     """Rows of several levels, stacked: level 0 first, each level strictly before the next.
 
     `A` [m, n], `lower` [m], `upper` [m]; `ends[i]` is the number of rows in levels 0..i.

@@ -39,9 +39,20 @@ from equipoise.hqp.working_kernels import eliminate, take_rows
 
 @entrance
 def answer(
-    p: Problem,
+    A: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
     ends: np.ndarray,
-    b: Buffers,
+    reflectors: np.ndarray,
+    basis: np.ndarray,
+    projected: np.ndarray,
+    factor: np.ndarray,
+    triangle: np.ndarray,
+    memory: np.ndarray,
+    numbers: np.ndarray,
+    signs: np.ndarray,
+    of_rows: np.ndarray,
+    of_columns: np.ndarray,
     limit: int,
     v: np.ndarray,
     w: np.ndarray,
@@ -50,9 +61,14 @@ def answer(
 ) -> tuple[int, bool, bool]:
     """Solve all levels and fill v [n], w [m], the slack of the levels and the active rows [m].
 
+    `Problem` and `Buffers` come in pieces, since a tuple costs as much as the call itself.
     Returns the number of working problems solved, whether every search ended by itself, and
     whether all numbers are finite.
     """
+    p = Problem(A, lower, upper)
+    b = Buffers(
+        reflectors, basis, projected, factor, triangle, memory, numbers, signs, of_rows, of_columns
+    )
     work, ended = solve_levels(p, ends, b, limit)
     judge(p, ends, b, v, w, slack, active)
     total = 0.0
@@ -147,7 +163,8 @@ def solve_level(p: Problem, b: Buffers, level: Level, limit: int) -> tuple[int, 
         working, more, ended = search(p, b, level, limit)
         work += more
     copy_row(b.of_columns, V, b.of_columns, NEXT_V)
-    b.memory[level.number, : level.end] = b.signs[SIDE, : level.end]
+    for row in range(level.end):
+        b.memory[level.number, row] = b.signs[SIDE, row]
     if level.weight > 0.0 and ended:
         return b.of_columns.shape[1], work, ended
     return settle(p, b, level, working, ended), work, ended

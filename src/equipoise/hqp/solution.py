@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -31,8 +30,7 @@ class Status(Enum):
     FAILED = "The solver gave no usable answer: v is not to be trusted."
 
 
-@dataclass(frozen=True, slots=True)
-class Solution:
+class Solution(NamedTuple):
     """An answer to a hierarchy.
 
     `v` [n]; `w` [m], the violation of each row, `A v - clip(A v, lower, upper)`; `slack`, the

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -16,8 +16,7 @@ from equipoise.spatial import Array
 from equipoise.tasks import Task
 
 
-@dataclass(frozen=True)
-class MotionStep:
+class MotionStep(NamedTuple):
     """What one tick of motion generation gives.
 
     `q_ref` (nq,) and `v_ref` (nv,) belong to the same moment; `kin` is the kinematics there.

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from equipoise.spatial import Array
 
 
-@dataclass(frozen=True)
-class PhysicsState:
+class PhysicsState(NamedTuple):
     """State at time `t` [s]: `q` (nq,), `v` (nv,) and the contact multipliers of the step before.
 
     `lam` (r,) is the mean over the last control period, world on robot; `drift` [m or rad] is the

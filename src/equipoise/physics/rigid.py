@@ -209,7 +209,8 @@ class RigidContactEngine:
 
     def _solve(self, room: _Room, active: Array, compliance: Array) -> Array:
         lam = np.zeros(len(room.rhs))
-        if not multipliers(room.delassus, room.rhs, active, compliance, self._proximal, lam):
+        kept = np.empty(len(room.rhs), dtype=np.int64)
+        if not multipliers(room.delassus, room.rhs, active, compliance, self._proximal, kept, lam):
             kept = np.flatnonzero(active)
             part = room.delassus[np.ix_(kept, kept)] + np.diag(compliance[kept])
             lam[kept] = np.linalg.lstsq(part, room.rhs[kept], rcond=1e-12)[0]

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from equipoise.compilation import compiled, entrance
+from equipoise.scratch import scratch, scratch_matrix
 
 column = np.uint64  # the compiler makes better loops of unsigned columns
 
@@ -77,7 +78,7 @@ def reduce_to_contacts(
     what the contact forces have to add to that, stabilised.
     """
     nv, r = M.shape[0], J.shape[0]
-    free = np.empty(nv)
+    free = scratch(nv)
     for i in range(nv):
         M[i, i] += h * damping[i]
         free[i] = force[i] - bias[i] - damping[i] * v[i]
@@ -105,22 +106,24 @@ def multipliers(
     active: np.ndarray,
     compliance: np.ndarray,
     proximal: float,
+    kept: np.ndarray,
     lam: np.ndarray,
 ) -> bool:
     """Write lam [r] with (delassus + compliance) lam = rhs on the active rows, zero on the others.
+
+    `kept` [r] are whole numbers to write to: the active rows.
 
     Redundant rows get a proximal term relative to the matrix, and one step of refinement. False if
     the matrix could not be factorised even so; then nothing is written.
     """
     r = rhs.shape[0]
-    kept = np.empty(r, dtype=np.int64)
     count = 0
     for i in range(r):
         if active[i]:
             kept[count] = i
             count += 1
-    matrix, factor = np.empty((count, count)), np.empty((count, count))
-    wanted, x, more = np.empty(count), np.empty(count), np.empty(count)
+    matrix, factor = scratch_matrix(count, count), scratch_matrix(count, count)
+    wanted, x, more = scratch(count), scratch(count), scratch(count)
     trace = 0.0
     for i in range(count):
         wanted[i] = rhs[kept[i]]
@@ -140,7 +143,8 @@ def multipliers(
         for k in range(count):
             total -= matrix[i, k] * x[k]
         more[i] = total
-    wanted[:] = more
+    for i in range(count):
+        wanted[i] = more[i]
     forward(factor, wanted, more)
     backward(factor, more)
     lam[:] = 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -73,8 +73,7 @@ class SensorModels:
     silences: tuple[Silence, ...] = ()
 
 
-@dataclass(frozen=True)
-class Reading:
+class Reading(NamedTuple):
     """What is measured: `q` (nq,), `v` (nv,), `lam` (r,); NaN where a sensor says nothing."""
 
     q: Array

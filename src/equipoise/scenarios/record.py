@@ -100,7 +100,7 @@ class Recorder:
                 forces = [force(t) for force in wanted] if name in holding else [0.0] * len(wanted)
                 values[f"lam_ref/{name}"] = np.array(forces)
             if sole is not None:
-                values[f"margin/{name}"] = margins_of(lam, sole)
+                values[f"margin/{name}"] = np.array(margins_of(lam, sole))
 
     def _log_sliders(self, values: dict[str, Array], t: float) -> None:
         for slider, state in self._sliders.items():

@@ -53,6 +53,7 @@ class AvoidanceTask(CompiledTask):
         self.influence, self.security = float(influence), float(security)
         self._distances = DistanceEvaluator(scene, pairs)
         self._ends = EndDistances(scene, pairs)
+        self._close = np.zeros(len(self.pairs), dtype=np.int8)
         self._row_labels = (*self.labels, *self._ends.labels)
 
     @property
@@ -74,11 +75,10 @@ class AvoidanceTask(CompiledTask):
     ) -> None:
         """Write one lower-bounded row a pair and end; pairs beyond the influence are free."""
         live, found = kin.live, self._distances
-        count = len(self.pairs)
         found.refresh(kin)
         slope = self.damping / (self.influence - self.security)
         last = at + len(self._row_labels)
-        close = avoidance_rows(
+        is_close = avoidance_rows(
             live.columns,
             live.carries,
             found.results,
@@ -94,13 +94,25 @@ class AvoidanceTask(CompiledTask):
             upper,
             at,
             last,
+            self._close,
         )
-        if close:
-            pairs = np.flatnonzero(found.distances < _ENDS_FROM * self.influence)
-            within = found.distances[pairs] + _NEARLY_AS_NEAR
-            ends, distances, rates = self._ends.near(kin, pairs, within)
-            A[at + count + ends] = rates
-            lower[at + count + ends] = -slope * (distances - self.security)
+        if is_close:
+            ends = self._ends
+            ends.refresh(kin, self._close)
+            end_rows(
+                live.columns,
+                live.carries,
+                ends.results,
+                ends.rows,
+                ends.pair_of,
+                ends.joint_ids,
+                found.distances,
+                self.security,
+                slope,
+                A,
+                lower,
+                at + len(self.pairs),
+            )
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [m] each pair is below the security distance."""
@@ -124,17 +136,20 @@ def avoidance_rows(
     upper: np.ndarray,
     at: int,
     last: int,
+    close: np.ndarray,
 ) -> bool:
-    """Write the rows of the pairs, free ones up to `last`; tell whether a pair is close.
+    """Write the rows of the pairs, free ones up to `last`, and which pairs are close; any?
 
     `slope` [1/s] of the bound, `closeness` [m] the distance that is called close.
     """
     is_close = False
+    for k in range(close.shape[0]):
+        close[k] = 1 if distances[k] < closeness else 0
+        is_close = is_close or close[k] == 1
     for i in range(at, last):
         lower[i], upper[i] = -np.inf, np.inf
         k = i - at
         if k < len(distances) and distances[k] < influence:
-            is_close = is_close or distances[k] < closeness
             first, second = joint_ids[k, 0], joint_ids[k, 1]
             rate_of_distance(columns, carries, results[nearest[k]], first, second, A, i)
             lower[i] = -slope * (distances[k] - security)
@@ -142,3 +157,28 @@ def avoidance_rows(
             for c in range(A.shape[1]):
                 A[i, c] = 0.0
     return is_close
+
+
+@entrance
+def end_rows(
+    columns: np.ndarray,
+    carries: np.ndarray,
+    results: np.ndarray,
+    ends: np.ndarray,
+    pair_of: np.ndarray,
+    joint_ids: np.ndarray,
+    distances: np.ndarray,
+    security: float,
+    slope: float,
+    A: np.ndarray,
+    lower: np.ndarray,
+    at: int,
+) -> None:
+    """Write the rows of those `ends` [k] that are nearly as near as their pair's distance."""
+    for k in range(ends.shape[0]):
+        end = ends[k]
+        distance = results[end, 0]
+        if distance < distances[pair_of[k]] + _NEARLY_AS_NEAR:
+            first, second = joint_ids[end, 0], joint_ids[end, 1]
+            rate_of_distance(columns, carries, results[end], first, second, A, at + end)
+            lower[at + end] = -slope * (distance - security)

@@ -37,7 +37,9 @@ class FramePoseTask(KernelTask):
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return (6,): position [m] and rotation vector [rad] to the target, world axes."""
-        return pose_difference(self.target.row(t), kin.live.frames[self.frame_id])
+        error = np.empty(6)
+        pose_difference(self.target.row(t), kin.live.frames[self.frame_id], error)
+        return error
 
 
 @compiled
@@ -65,10 +67,8 @@ def pose_task_rows(
 
 
 @entrance
-def pose_difference(target: np.ndarray, T: np.ndarray) -> np.ndarray:
-    """Return (6,): what carries the pose row T to `target`, in world axes."""
-    error = np.empty(6)
+def pose_difference(target: np.ndarray, T: np.ndarray, error: np.ndarray) -> None:
+    """Write to `error` [6] what carries the pose row T to `target`, in world axes."""
     for i in range(3):
         error[i] = target[9 + i] - T[9 + i]
     error[3], error[4], error[5] = rotation_difference(target, T)
-    return error

@@ -9,6 +9,7 @@ import numpy as np
 from equipoise.compilation import compiled, entrance
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics_kernels import add_point_row
+from equipoise.scratch import scratch, scratch_matrix
 from equipoise.spatial import Array
 from equipoise.spatial_kernels import turned, turned_back
 from equipoise.tasks.base import KernelTask
@@ -40,7 +41,7 @@ class GazeTask(KernelTask):
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return the angle [rad] to the target, split into left and up (2,)."""
-        return gaze_error(kin.live.frames[self.camera_id], self.target.row(t))
+        return np.array(gaze_error(kin.live.frames[self.camera_id], self.target.row(t)))
 
 
 @compiled
@@ -60,7 +61,7 @@ def gaze_rows(
     A body point that now lies at the target moves, seen from the camera, against the target: so
     the rows are minus its speed along the two directions across the ray, over the distance.
     """
-    ray, across = np.empty(3), np.empty((2, 3))
+    ray, across = scratch(3), scratch_matrix(2, 3)
     distance = look(T, target, ray)
     for k in range(2):
         x, y, z = -ray[k + 1] * ray[0], -ray[k + 1] * ray[1], -ray[k + 1] * ray[2]
@@ -81,11 +82,11 @@ def gaze_rows(
 
 
 @entrance
-def gaze_error(T: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the angle to the target, split into left and up (2,), of a camera at T."""
-    ray = np.empty(3)
+def gaze_error(T: np.ndarray, target: np.ndarray) -> tuple[float, float]:
+    """Return the angle to the target, split into left and up, of a camera at T."""
+    ray = scratch(3)
     look(T, target, ray)
-    return np.array(angles(ray))
+    return angles(ray)
 
 
 @compiled

@@ -15,6 +15,12 @@ from equipoise.tasks.frame_pose import pose_task_rows
 from equipoise.tasks.gaze import gaze_rows
 from equipoise.tasks.joint_limits import limit_rows
 from equipoise.tasks.posture import posture_rows
+from equipoise.tasks.trajectory import (
+    AttachedTrajectory,
+    FixedPose,
+    PoseTrajectory,
+    attached_row,
+)
 
 FRAME_POSE, GAZE, COM_POLYGON, JOINT_LIMITS, POSTURE = range(5)
 KERNELS = {
@@ -42,14 +48,34 @@ class TaskProgram:
         self._ends = np.cumsum([len(part) for part in parts], dtype=np.int64)
         self._numbers = np.concatenate([*parts, np.zeros(0)])
         self._targets = np.zeros((len(tasks), 18))
-        self._moving = [(i, task.target) for i, task in enumerate(tasks) if task.target is not None]
+        self._attached = np.zeros((len(tasks), 12))
+        self._body_of = np.full(len(tasks), -1, dtype=np.int64)
+        self._moving: list[tuple[Array, PoseTrajectory]] = []
+        self._take_targets([task.target for task in tasks])
         self._needs_com = any(kind == COM_POLYGON for kind in self._kinds)
+
+    def _take_targets(self, targets: Sequence[PoseTrajectory | None]) -> None:
+        """Note what moves; what is attached to it is left to the kernel, what rests is done."""
+        bodies: dict[int, int] = {}
+        moving: list[PoseTrajectory] = []
+        for i, target in enumerate(targets):
+            if isinstance(target, FixedPose):
+                self._targets[i] = target.row(0.0)
+            elif isinstance(target, AttachedTrajectory):
+                self._attached[i] = target.attached
+                self._body_of[i] = bodies.setdefault(id(target.body), len(moving))
+                if self._body_of[i] == len(moving):
+                    moving.append(target.body)
+            elif target is not None:
+                self._moving.append((self._targets[i], target))
+        self._bodies = np.zeros((len(moving), 18))
+        self._moving += zip(self._bodies, moving, strict=True)
 
     def fill(self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array) -> None:
         """Write all rows at the state of `kin` and time `t` [s]."""
         live = kin.live_with_com if self._needs_com else kin.live
-        for i, target in self._moving:
-            self._targets[i] = target.row(t)
+        for row, target in self._moving:
+            row[:] = target.row(t)
         fill_tasks(
             self._kinds,
             self._frames,
@@ -58,7 +84,10 @@ class TaskProgram:
             self._ends,
             self._numbers,
             self._targets,
-            kin.q,
+            self._bodies,
+            self._body_of,
+            self._attached,
+            live.q,
             live.joint_ids,
             live.columns,
             live.carries,
@@ -80,6 +109,9 @@ def fill_tasks(
     ends: np.ndarray,
     numbers: np.ndarray,
     targets: np.ndarray,
+    bodies: np.ndarray,
+    body_of: np.ndarray,
+    attached: np.ndarray,
     q: np.ndarray,
     joint_ids: np.ndarray,
     columns: np.ndarray,
@@ -91,11 +123,16 @@ def fill_tasks(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> None:
-    """Write the rows of each task i from row starts[i] on; its numbers end at ends[i]."""
+    """Write the rows of each task i from row starts[i] on; its numbers end at ends[i].
+
+    Its target is targets[i], or what is attached to the body body_of[i] if that is not negative.
+    """
     first = 0
     for i in range(kinds.shape[0]):
         own, rate, at = numbers[first : ends[i]], rates[i], starts[i]
         first = ends[i]
+        if body_of[i] >= 0:
+            attached_row(bodies[body_of[i]], attached[i], targets[i])
         T, carried = frames[frame_ids[i]], carries[joint_ids[frame_ids[i]]]
         if kinds[i] == FRAME_POSE:
             pose_task_rows(columns, carried, T, targets[i], rate, A, lower, upper, at)

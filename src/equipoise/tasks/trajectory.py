@@ -11,8 +11,9 @@ import numpy as np
 import pinocchio as pin
 from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
-from equipoise.compilation import entrance
+from equipoise.compilation import compiled, entrance
 from equipoise.errors import InputError
+from equipoise.scratch import scratch, scratch_matrix
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial_kernels import (
     compose,
@@ -156,12 +157,12 @@ class AttachedTrajectory(CompiledTrajectory):
     T_body_frame: pin.SE3
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_attached", pose_row(self.T_body_frame))
+        object.__setattr__(self, "attached", pose_row(self.T_body_frame))
         object.__setattr__(self, "_row", np.zeros(18))
 
     def row(self, t: float) -> Array:
         """Return pose row and twist (18,) of the attached frame at time `t` [s]."""
-        attached_row(self.body.row(t), self._attached, self._row)
+        attached_target(self.body.row(t), self.attached, self._row)
         return self._row
 
 
@@ -223,12 +224,14 @@ def waypoint_row(
     while k > 0 and starts[k] > t:
         k -= 1
     since = t - starts[k]
-    x, rate = np.zeros(6), np.zeros(6)
+    x, rate = scratch(6), scratch(6)
+    x[:] = 0.0
+    rate[:] = 0.0
     for power in range(powers.shape[1]):
         for i in range(6):
             rate[i] = rate[i] * since + x[i]
             x[i] = x[i] * since + powers[k, power, i]
-    turn = np.empty((3, 3))
+    turn = scratch_matrix(3, 3)
     rotation_matrix(x[3], x[4], x[5], turn)
     for i in range(3):
         row[9 + i], row[12 + i] = x[i], rate[i]
@@ -239,6 +242,12 @@ def waypoint_row(
 
 
 @entrance
+def attached_target(body: np.ndarray, attached: np.ndarray, row: np.ndarray) -> None:
+    """Write pose row and twist [18] of a frame at `attached` [12] on a moving body."""
+    attached_row(body, attached, row)
+
+
+@compiled
 def attached_row(body: np.ndarray, attached: np.ndarray, row: np.ndarray) -> None:
     """Write pose row and twist [18] of a frame at `attached` [12] on a moving body."""
     compose(body, attached, row)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import pinocchio as pin
@@ -164,7 +164,7 @@ def record(
     for k in range(round(duration / dt)):
         if k in blows:
             engine = _engine(run, state.q, state.v + blows[k])
-            state = replace(engine.state, lam=state.lam)
+            state = engine.state._replace(lam=state.lam)
         q_ref, v_ref = reference(k)
         measured = Measurement(state.q, state.v, state.lam)
         target = Target(q_ref, v_ref, lam_ref)

@@ -14,6 +14,7 @@ from equipoise.hqp.kernels import (
     HARD,
     MULTIPLIER,
     NEXT_V,
+    NEXT_VALUE,
     NOISE,
     NORM,
     ORDER,
@@ -21,6 +22,7 @@ from equipoise.hqp.kernels import (
     ROLE,
     SCRATCH,
     SIDE,
+    SINGLE,
     VALUE,
     VIOLATION,
     ZERO_TOLERANCE,
@@ -32,7 +34,7 @@ from equipoise.hqp.kernels import (
     copy_row,
     dot,
 )
-from equipoise.hqp.search_kernels import guess, measure, search, side_of
+from equipoise.hqp.search_kernels import guess, measure, search, side_of, value_of
 from equipoise.hqp.solution import ACTIVE_TOLERANCE
 from equipoise.hqp.working_kernels import eliminate, take_rows
 
@@ -117,13 +119,30 @@ def prepare(p: Problem, b: Buffers) -> float:
     b.signs[:, :] = 0
     b.numbers[DEPTH, :] = 0
     for row in range(m):
+        if p.lower[row] == -np.inf and p.upper[row] == np.inf:
+            b.signs[ROLE, row] = FREE
+            continue
         copy_row(projected, row, A, row)
         norm = np.sqrt(dot(A, row, A, row, 0, n))
         of_rows[NORM, row] = norm
+        b.numbers[SINGLE, row] = only_column(A, row)
         beyond = max(p.lower[row], 0.0) + max(-p.upper[row], 0.0)
         if beyond > velocity * norm and norm > 0.0:
             velocity = beyond / norm
     return velocity
+
+
+@inlined
+def only_column(A: np.ndarray, row: int) -> int:
+    """Return the only column in which a row is not zero, -1 if there is not exactly one."""
+    place, count = -1, 0
+    for c in range(A.shape[1]):
+        if A[row, c] != 0.0:
+            place = c
+            count += 1
+            if count > 1:
+                return -1
+    return place
 
 
 @compiled
@@ -136,12 +155,8 @@ def goal_weight(p: Problem, b: Buffers, start: int, end: int) -> float:
     columns[SCRATCH, :] = 0.0
     weight = 0.0
     for row in range(start, end):
-        place, count = 0, 0
-        for c in range(n):
-            if A[row, c] != 0.0:
-                place = c
-                count += 1
-        if count != 1 or p.lower[row] != p.upper[row] or columns[SCRATCH, place] != 0.0:
+        place = b.numbers[SINGLE, row]
+        if p.lower[row] != p.upper[row] or place < 0 or columns[SCRATCH, place] != 0.0:
             return 0.0
         square = A[row, place] ** 2
         if row > start and square != weight:
@@ -155,11 +170,16 @@ def goal_weight(p: Problem, b: Buffers, start: int, end: int) -> float:
 @compiled
 def solve_level(p: Problem, b: Buffers, level: Level, limit: int) -> tuple[int, int, bool]:
     """Find the optimum of a level; return the reflectors fixed then, the work, how it ended."""
-    b.signs[ROLE, level.start : level.end] = OWN
-    measure(p, b, V, VALUE, level.end)
+    for row in range(level.start, level.end):
+        if b.signs[ROLE, row] != FREE:
+            b.signs[ROLE, row] = OWN
+    measure(p, b, V, VALUE, level.start, level.end)
     remember(p, b, level)
     working, work, ended = guess(p, b, level)
-    if not ended:
+    if ended:
+        for row in range(level.end):
+            b.of_rows[VALUE, row] = b.of_rows[NEXT_VALUE, row]
+    else:
         working, more, ended = search(p, b, level, limit)
         work += more
     copy_row(b.of_columns, V, b.of_columns, NEXT_V)
@@ -175,6 +195,8 @@ def remember(p: Problem, b: Buffers, level: Level) -> None:
     """Start from the working rows of the last answer, where they still make sense."""
     signs = b.signs
     for row in range(level.end):
+        if signs[ROLE, row] == FREE:
+            continue
         side = b.memory[level.number, row]
         exists = (side == 1 and p.upper[row] < np.inf) or (side == -1 and p.lower[row] > -np.inf)
         if row < level.start:
@@ -206,8 +228,7 @@ def settle(p: Problem, b: Buffers, level: Level, working: Working, ended: bool) 
             loose = True
     for row in range(level.start, level.end):
         if signs[ROLE, row] == OWN:
-            bounded = p.lower[row] > -np.inf or p.upper[row] < np.inf
-            signs[ROLE, row] = HARD if bounded else FREE
+            signs[ROLE, row] = HARD
     if not loose:
         return level.fixed + working.hard + working.rank
     return fix_again(p, b, level.fixed, working.last)
@@ -236,15 +257,21 @@ def judge(
     slack: np.ndarray,
     active: np.ndarray,
 ) -> None:
-    """Copy v out and fill w, the slack of the levels and the active rows at it."""
-    A, columns = p.A, b.of_columns
-    n, start = A.shape[1], 0
-    for c in range(n):
+    """Copy v out and fill w, the slack of the levels and the active rows at it.
+
+    The values of hard rows at it are known from the last level.
+    """
+    columns, start = b.of_columns, 0
+    for c in range(v.shape[0]):
         v[c] = columns[V, c]
     for level in range(ends.size):
         squares = 0.0
         for row in range(start, ends[level]):
-            value = dot(A, row, columns, V, 0, n)
+            role = b.signs[ROLE, row]
+            if role == FREE:
+                w[row], active[row] = 0.0, 0
+                continue
+            value = b.of_rows[VALUE, row] if role == HARD else value_of(p, b, row, V)
             low, high = p.lower[row], p.upper[row]
             w[row] = value - min(max(value, low), high)
             squares += w[row] ** 2

@@ -27,14 +27,15 @@ NORM, VALUE, NEXT_VALUE, LEFT, ONCE_LEFT, REST, VIOLATION = range(7)
 # unit rows, scratch, and by place of the hard working rows their multipliers, the rounding of
 # those, their shares in the dependent row, and by rank the multipliers of soft rows that are met
 V, NEXT_V, STEP, GOAL, SCRATCH, MULTIPLIER, NOISE, SHARE, SOFT_MULTIPLIER = range(9)
-# rows of Buffers.numbers: reflectors applied to a projected row, the row at a working place, and
-# at 0 the broken hard row that depends on the working ones (-1: none)
-DEPTH, ORDER, DEPENDENT_ROW = range(3)
+# rows of Buffers.numbers: reflectors applied to a projected row, the row at a working place, at 0
+# the broken hard row that depends on the working ones (-1: none), and the only column in which a
+# row of A is not zero (-1: there are more)
+DEPTH, ORDER, DEPENDENT_ROW, SINGLE = range(4)
 # rows of Buffers.signs
 ROLE, SIDE = range(2)
 # values of a side: +1 upper, -1 lower, 0 not working, and
 EQUALITY, DEPENDENT = 2, 3
-# values of a role, beside 0 for rows of later levels
+# values of a role, beside 0 for rows of later levels; FREE rows have no bounds, nobody reads them
 HARD, OWN, FIXED, FREE = 1, 2, 3, 4
 
 RANK_TOLERANCE = 1e-10  # a row of which less than this share is left counts as dependent
@@ -108,7 +109,7 @@ def allocate(m: int, n: int, levels: int) -> Buffers:
         factor=np.zeros((m, n)),
         triangle=np.zeros((n, m)),
         memory=np.zeros((levels + 1, m), dtype=np.int8),
-        numbers=np.zeros((3, m), dtype=np.int64),
+        numbers=np.zeros((4, m), dtype=np.int64),
         signs=np.zeros((2, m), dtype=np.int8),
         of_rows=np.zeros((7, m)),
         of_columns=np.zeros((9, n)),

@@ -7,6 +7,7 @@ from equipoise.hqp.kernels import (
     DEPTH,
     ORDER,
     SCRATCH,
+    SINGLE,
     Buffers,
     column,
     dot,
@@ -53,13 +54,9 @@ def project_at_once(b: Buffers, first: int, last: int, fixed: int) -> None:
             reflect(basis, k, reflectors, j, n)
     for i in range(first, last):
         row = numbers[ORDER, i]
-        place, count = 0, 0
-        for c in range(n):
-            if projected[row, c] != 0.0:
-                place = c
-                count += 1
+        place = numbers[SINGLE, row]
         for k in range(fixed, n):
-            if count == 1:
+            if place >= 0:
                 columns[SCRATCH, k] = projected[row, place] * basis[k, place]
             else:
                 columns[SCRATCH, k] = dot(projected, row, basis, k, 0, n)

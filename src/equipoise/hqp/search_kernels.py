@@ -32,6 +32,7 @@ from equipoise.hqp.kernels import (
     ROUNDING,
     SHARE,
     SIDE,
+    SINGLE,
     SOFT_MULTIPLIER,
     STEP,
     VALUE,
@@ -51,14 +52,23 @@ GUESSES = 12
 STALLS_BEFORE_LOWEST = 20
 
 
+@inlined
+def value_of(p: Problem, b: Buffers, row: int, point: int) -> float:
+    """Return a row of A times a point."""
+    A, columns = p.A, b.of_columns
+    place = b.numbers[SINGLE, row]
+    if place >= 0:
+        return A[row, place] * columns[point, place]
+    return dot(A, row, columns, point, 0, A.shape[1])
+
+
 @compiled
-def measure(p: Problem, b: Buffers, point: int, values: int, end: int) -> None:
-    """Fill a row of values with A v for the hard and own rows before `end`."""
-    A, signs, of_rows, columns = p.A, b.signs, b.of_rows, b.of_columns
-    n = A.shape[1]
-    for row in range(end):
+def measure(p: Problem, b: Buffers, point: int, values: int, start: int, end: int) -> None:
+    """Fill a row of values with A v for the hard and own rows start..end."""
+    signs, of_rows = b.signs, b.of_rows
+    for row in range(start, end):
         if signs[ROLE, row] == HARD or signs[ROLE, row] == OWN:
-            of_rows[values, row] = dot(A, row, columns, point, 0, n)
+            of_rows[values, row] = value_of(p, b, row, point)
 
 
 @inlined
@@ -76,7 +86,7 @@ def guess(p: Problem, b: Buffers, level: Level) -> tuple[Working, int, bool]:
     while True:
         working = solve_working(p, b, level)
         work += 1
-        measure(p, b, NEXT_V, NEXT_VALUE, level.end)
+        measure(p, b, NEXT_V, NEXT_VALUE, 0, level.end)
         flips = hold_broken(p, b, level, working)
         if flips > 0 or not working.met:
             flips += release_wrong(p, b, level, working)
@@ -177,7 +187,7 @@ def search(p: Problem, b: Buffers, level: Level, limit: int) -> tuple[Working, i
         share, row, side = reach(p, b, level, lowest)
         for c in range(n):
             columns[V, c] += share * columns[STEP, c]
-        measure(p, b, V, VALUE, level.end)
+        measure(p, b, V, VALUE, 0, level.end)
         length = share * np.sqrt(dot(columns, STEP, columns, STEP, 0, n))
         stalls = 0 if length > FEASIBILITY * level.size else stalls + 1
         ended = False

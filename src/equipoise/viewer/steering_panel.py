@@ -118,7 +118,7 @@ class SteeringPanel:
             self._wish()
 
     def _wish(self) -> None:
-        """Send what stands in the controls; the page's threads one by one, so the newest is last."""
+        """Send what stands in the controls; one thread at a time, so that the newest is last."""
         with self._wishing:
             self._send("wishes", self.wishes)
 

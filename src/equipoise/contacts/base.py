@@ -89,7 +89,36 @@ class Contact(ABC):
         return len(self.labels)
 
 
-class CompiledContact(Contact):
+class RowsContact(Contact):
+    """A contact that writes its rows in place by `fill`, from which comes what is asked singly."""
+
+    @abstractmethod
+    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
+        """Write this contact's rows from row `at` on; its drift only if asked for."""
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """Return `J` (k, nv)."""
+        return self._alone(kin).J
+
+    def rate(self, kin: Kinematics) -> Array:
+        """Return `nu_c` (k,)."""
+        return self._alone(kin).rate
+
+    def residual(self, kin: Kinematics) -> Array:
+        """Return `phi` (k,)."""
+        return self._alone(kin).residual
+
+    def drift(self, kin: Kinematics) -> Array:
+        """Return `dJ/dt v - d rate/dt` (k,)."""
+        return self._alone(kin, drift=True).drift
+
+    def _alone(self, kin: Kinematics, drift: bool = False) -> ContactRows:
+        rows = ContactRows.of_size(self.size, kin.robot.nv)
+        self.fill(kin, rows, 0, drift=drift)
+        return rows
+
+
+class CompiledContact(RowsContact):
     """A contact whose rows come from a kernel, together with those of others (`ContactProgram`).
 
     It says which `kernel`, of which two `frames` (the same twice where it has only one), and what
@@ -108,25 +137,8 @@ class CompiledContact(Contact):
     def kept(self) -> Array:
         """What is kept (12,)."""
 
-    def jacobian(self, kin: Kinematics) -> Array:
-        """Return `J` (k, nv)."""
-        return self._alone(kin).J
-
-    def residual(self, kin: Kinematics) -> Array:
-        """Return `phi` (k,)."""
-        return self._alone(kin).residual
-
-    def drift(self, kin: Kinematics) -> Array:
-        """Return `dJ/dt v` (k,)."""
-        return self._alone(kin, drift=True).drift
-
     def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
         """Write this contact's rows from row `at` on; its drift only if asked for."""
         from equipoise.contacts.program import ContactProgram  # it knows all kinds of contacts
 
         ContactProgram([self], [at]).fill(kin, rows, drift=drift)
-
-    def _alone(self, kin: Kinematics, drift: bool = False) -> ContactRows:
-        rows = ContactRows.of_size(self.size, kin.robot.nv)
-        self.fill(kin, rows, 0, drift=drift)
-        return rows

@@ -9,18 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts.base import Contact
-from equipoise.contacts.body_point import (
-    ORIGIN,
-    point_drift,
-    point_jacobian,
-    point_position,
-    require_offset,
-)
-from equipoise.contacts.surfaces import Surface
+from equipoise.contacts.sliding import SlidingContact
 from equipoise.errors import InputError
-from equipoise.kinematics import Kinematics
-from equipoise.spatial import Array
+from equipoise.spatial import Array, pose_row
 
 
 @dataclass(frozen=True)
@@ -78,80 +69,20 @@ class StraightMotion(SurfaceMotion):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MovingSurfaceContact(Contact):
+class MovingSurfaceContact(SlidingContact):
     """The point `offset` [m] of frame `frame_id` stays on a surface that moves as `motion` says.
 
     `phi(x, t) = 0`, so the rows are `J v = rate` with `rate = -dphi/dt / |grad phi|`: the speed
     along the normal of the place of the surface that is touched. The time is that of the
-    kinematics. The row is normalised as in `SurfaceContact`.
+    kinematics. Row and multiplier as in `SlidingContact`.
     Source: eqs. (7), (13). Differs from the print: (13) knows no time; (7) has `nu_c` for it.
     """
 
-    frame_id: int
-    surface: Surface
     motion: SurfaceMotion
-    offset: tuple[float, float, float] = ORIGIN
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_offset(self.name, self.offset)
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Name of the multiplier."""
-        return ("fn",)
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Unit of the multiplier."""
-        return ("N",)
-
-    def position(self, kin: Kinematics) -> Array:
-        """Return where the contact point is in the world (3,) [m]."""
-        return point_position(kin, self.frame_id, self.offset)
-
-    def normal(self, kin: Kinematics) -> Array:
-        """Return the unit normal (3,) in world axes, out of the object toward the robot."""
-        T = self.motion.at(kin.t).T_world_surface
-        return T.rotation @ self.surface.normal(T.actInv(self.position(kin)))
-
-    def jacobian(self, kin: Kinematics) -> Array:
-        """Return `J` (1, nv): speed along the normal."""
-        return (self.normal(kin) @ point_jacobian(kin, self.frame_id, self.offset))[None]
-
-    def rate(self, kin: Kinematics) -> Array:
-        """Return `nu_c` (1,) [m/s]: speed along the normal of the surface where it is touched."""
-        sample = self.motion.at(kin.t)
-        lever = self.position(kin) - sample.T_world_surface.translation
-        carried = sample.twist_world[:3] + np.cross(sample.twist_world[3:], lever)
-        return np.array([self.normal(kin) @ carried])
-
-    def drift(self, kin: Kinematics) -> Array:
-        """Return `d(J v - rate)/dt` (1,) at zero `dv/dt`, as seen from the turning surface.
-
-        Relative acceleration along the normal, with the Coriolis and centrifugal terms of the
-        surface's axes, and the normal turning as the point moves over the surface.
-        """
-        sample = self.motion.at(kin.t)
-        T = sample.T_world_surface
-        lever = self.position(kin) - T.translation
-        omega, omega_rate = sample.twist_world[3:], sample.acceleration_world[3:]
-        carried = sample.twist_world[:3] + np.cross(omega, lever)
-        relative = point_jacobian(kin, self.frame_id, self.offset) @ kin.v - carried
-        acceleration = (
-            point_drift(kin, self.frame_id, self.offset)
-            - sample.acceleration_world[:3]
-            - np.cross(omega_rate, lever)
-            - np.cross(omega, np.cross(omega, lever))
-            - 2.0 * np.cross(omega, relative)
+    def place(self, t: float) -> Array:
+        """Return where the surface is and how it moves at time `t` [s] (24,), in world axes."""
+        sample = self.motion.at(t)
+        return np.concatenate(
+            (pose_row(sample.T_world_surface), sample.twist_world, sample.acceleration_world)
         )
-        x, seen = T.actInv(self.position(kin)), T.rotation.T @ relative
-        n = self.surface.normal(x)
-        bent = self.surface.hessian(x) @ seen / self.surface.steepness(x)
-        along = n @ (T.rotation.T @ acceleration)
-        return np.array([along + bent @ seen - (n @ bent) * (n @ seen)])
-
-    def residual(self, kin: Kinematics) -> Array:
-        """Return `phi / |grad phi|` (1,) [m]: the distance to first order, positive outside."""
-        T = self.motion.at(kin.t).T_world_surface
-        return np.array([self.surface.distance(T.actInv(self.position(kin)))])

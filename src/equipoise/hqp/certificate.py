@@ -15,7 +15,9 @@ import numpy as np
 from equipoise.hqp.hierarchy import Hierarchy
 
 RANK_TOLERANCE = 1e-11
-BALANCE_TOLERANCE = 1e-12
+NEARLY_DEPENDENT = 1e-8  # below it balancing the rest would shift the multipliers, not mend them
+BALANCE_TOLERANCE = 1e-9  # multipliers that leave more of their forces over are refused
+REACH = 10.0  # what they leave over is weighed for every optimum within this many times |v|
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +67,14 @@ def certify(hierarchy: Hierarchy, v: np.ndarray, tolerance: float = 1e-9) -> Cer
     if not np.isfinite(v).all():
         lost = [LevelCertificate(np.inf, np.inf, np.inf, 0.0, np.full(e, np.inf)) for e in ends]
         return Certificate(tuple(lost), lost[-1] if lost else _nothing(np.inf))
-    rows = _RowsAt(hierarchy, v, tolerance)
+    rows, reach = _RowsAt(hierarchy, v, tolerance), REACH * float(np.linalg.norm(v))
     levels = [
-        _check(rows.part(hierarchy.level(i)), rows.part(slice(0, hierarchy.level(i).start)))
+        _check(rows.part(hierarchy.level(i)), rows.part(slice(0, hierarchy.level(i).start)), reach)
         for i in range(len(ends))
     ]
     zero = np.zeros(n)
     norm = _RowsAt(Hierarchy(np.eye(n), zero, zero, (n,), ()), v, tolerance)
-    return Certificate(tuple(levels), _check(norm, rows))
+    return Certificate(tuple(levels), _check(norm, rows, reach))
 
 
 def _nothing(value: float) -> LevelCertificate:
@@ -105,7 +107,7 @@ class _RowsAt:
         return part
 
 
-def _check(own: _RowsAt, above: _RowsAt) -> LevelCertificate:
+def _check(own: _RowsAt, above: _RowsAt, reach: float) -> LevelCertificate:
     slack = float(np.linalg.norm(own.w))
     scale = float(np.linalg.norm(own.size))
     if not slack > 0.0:
@@ -114,7 +116,7 @@ def _check(own: _RowsAt, above: _RowsAt) -> LevelCertificate:
     left = own.A.T @ own.w + above.A.T @ multipliers
     size = float(np.linalg.norm(own.A)) * scale
     residual = float(np.linalg.norm(left)) / size if size > 0.0 else np.inf
-    excess = _excess(own, above, multipliers, left, slack)
+    excess = _excess(own, above, multipliers, left, slack, reach)
     return LevelCertificate(slack, residual, excess, scale, multipliers)
 
 
@@ -151,19 +153,25 @@ def _non_negative(columns: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def _excess(
-    own: _RowsAt, above: _RowsAt, multipliers: np.ndarray, left: np.ndarray, slack: float
+    own: _RowsAt,
+    above: _RowsAt,
+    multipliers: np.ndarray,
+    left: np.ndarray,
+    slack: float,
+    reach: float,
 ) -> float:
     """Return a bound on |w| - |w*| by weak duality.
 
-    The pair (w, multipliers) is moved to the nearest one (mu, lam) that balances exactly, among
+    The pair (w, multipliers) is moved to the nearest one (mu, lam) that balances, among
     the own rows, the free rows above and the rows that carry a multiplier. Then
     |w*|^2 / 2 >= -|mu|^2 / 2 + mu . A v - support(mu) + lam . A' v - support'(lam).
+    Rounding leaves a little unbalanced, r; it counts with |r| times `reach`.
     """
     norms = np.where(above.norms > 0.0, above.norms, 1.0)
     free = above.equal | above.violated
     carry, broken = free | (multipliers != 0.0), own.w != 0.0
     columns = np.vstack([own.A[broken], above.A[carry] / norms[carry, None]]).T
-    change = _least_squares(columns, -left)
+    change = _least_squares(columns, -left, NEARLY_DEPENDENT)
     split = int(broken.sum())
     mu, lam = own.w.copy(), multipliers.copy()
     mu[broken] += change[:split]
@@ -179,6 +187,7 @@ def _excess(
     gap = 0.5 * float(own.w @ own.w) + 0.5 * float(mu @ mu)
     gap -= _complementary(mu, own.values, own.lower, own.upper)
     gap -= _complementary(lam, above.values, held_lower, held_upper)
+    gap += unbalanced * reach
     if not np.isfinite(gap):
         return slack
     best = max(slack**2 - 2.0 * max(gap, 0.0), 0.0)
@@ -202,7 +211,9 @@ def _row_space(rows: np.ndarray) -> np.ndarray:
     return right[s > RANK_TOLERANCE * s[0]].T
 
 
-def _least_squares(columns: np.ndarray, target: np.ndarray) -> np.ndarray:
+def _least_squares(
+    columns: np.ndarray, target: np.ndarray, tolerance: float = RANK_TOLERANCE
+) -> np.ndarray:
     if not columns.size:
         return np.zeros(columns.shape[1])
-    return np.linalg.lstsq(columns, target, rcond=RANK_TOLERANCE)[0]
+    return np.linalg.lstsq(columns, target, rcond=tolerance)[0]

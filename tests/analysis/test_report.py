@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from figure_runs import channels, made_run, tray_places
 from equipoise.analysis.replay_export import Blobs, export_replay
 from equipoise.analysis.report import make_report
 from equipoise.analysis.report_tables import metrics_table, properties, quantity
+from equipoise.analysis.sole_arrows import SOLE_SCALE
 from equipoise.errors import InputError, RunLogError
 from equipoise.runlog import RunWriter, write_summary
 from equipoise.scenarios import read_scenario
@@ -129,6 +131,36 @@ def test_a_long_run_is_thinned_and_its_last_moment_kept() -> None:
     assert 95 <= len(times) <= 105
     assert times[0] == 0.0
     assert times[-1] == np.float32(run.t[-1])
+
+
+def test_the_floor_pushes_from_below_the_soles_edge_up() -> None:
+    """What the page draws of the soles' forces begins on the floor and adds up to the forces."""
+    made, blobs, places = made_run(120), Blobs(), tray_places()
+    rng = np.random.default_rng(6)
+    forces = {
+        f"lam/{contact.name}": rng.normal(
+            loc=(0.0, 0.0, 30.0, 0.0, 0.0, 0.0), scale=20.0, size=(120, 6)
+        )
+        for contact in places.soles.contacts
+    }
+    run = replace(made, arrays={**made.arrays, **forces})
+    replay = export_replay(run, read_scenario("tray"), places, blobs)
+    assert replay is not None
+    times = np.frombuffer(base64.b64decode(blobs.texts[replay["times"]]), "<f4")
+    lines = np.frombuffer(base64.b64decode(blobs.texts[replay["lines"]]), "<f4")
+    lines = lines.reshape(len(times), replay["segments"], 2, 3)
+    ticks = [int(np.argmin(np.abs(run.t - t))) for t in times]
+    for i, contact in enumerate(places.soles.contacts):
+        lam, T, sole = run[f"lam/{contact.name}"][ticks], contact.T_world_anchor, contact.sole
+        loaded = lam[:, 2] > 0.0
+        assert loaded.any()
+        tails = np.array([T.actInv(tail.astype(float)) for tail in lines[loaded, i, 0]])
+        assert np.allclose(tails[:, 2], 0.0, atol=1e-6)
+        assert np.allclose(tails[:, 0], -lam[loaded, 4] / lam[loaded, 2], atol=1e-6)
+        assert ((tails[:, 1] > sole.y_max) | (tails[:, 1] < sole.y_min)).all()
+        ways = (lines[:, i, 1] - lines[:, i, 0]) @ T.rotation
+        assert np.allclose(ways[loaded] / SOLE_SCALE, lam[loaded, :3], atol=1e-2)
+        assert (ways[~loaded] == 0.0).all()
 
 
 def test_a_run_that_was_killed_is_reported_as_far_as_it_goes(tmp_path: Path) -> None:

@@ -66,6 +66,8 @@ def replay(sway: Path, browser: Any) -> Iterator[Replay]:
     replay.start()
     browser.get(server.url)
     wait_for_robot(browser)
+    until(lambda: replay.display.unveiling.opened)  # the panels come a moment later
+    until(lambda: browser.find_elements(By.ID, "equipoise-hierarchy"))
     yield replay
     replay.stop()
     server.stop()
@@ -76,12 +78,13 @@ def test_the_robot_is_seen(replay: Replay, browser: Any, shots: Path) -> None:
     assert share_of_ink(scene(image)) > 0.2
     table = until(lambda: browser.find_element(By.ID, "equipoise-hierarchy").text)
     assert "left_hand" in table
-    assert "Posture error" in browser.page_source
+    until(lambda: "Posture error" in browser.page_source)
 
 
 def test_the_time_line_moves_the_robot(replay: Replay, browser: Any, shots: Path) -> None:
     before = picture(browser)
-    boxes = browser.find_elements(By.CSS_SELECTOR, "input.mantine-NumberInput-input")
+    way = (By.CSS_SELECTOR, "input.mantine-NumberInput-input")
+    boxes = until(lambda: browser.find_elements(*way))
     boxes[0].send_keys(Keys.CONTROL, "a")
     boxes[0].send_keys("0.25", Keys.ENTER)
     until(lambda: abs(replay.clock.t - 0.25) < 1e-9)
@@ -111,8 +114,6 @@ def test_layers_are_switched(replay: Replay, browser: Any, shots: Path) -> None:
     wanted = ["Robot", "Reference (ghost)", "World", "Contact forces"]
     wanted += ["Balance (polygon, CoM, CoP)", "Closest distances", "Trails of the hands"]
     assert set(wanted) <= set(labels)
-    # the ghost and the layers come a moment after the robot
-    until(lambda: replay.display.unveiling.opened)
     with_all = steady_picture(browser)
 
     def switch_all(on: bool) -> None:

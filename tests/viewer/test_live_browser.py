@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import os
 import threading
-import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ from steered_runs import simulation
 
 from equipoise.runlog import load_run
 from equipoise.scenarios.loop import Ending, RunOutcome, run_simulation
+from equipoise.scenarios.steering import Wishes
 from equipoise.viewer.bridge import Bridge
 
 pytestmark = pytest.mark.skipif(
@@ -41,7 +41,8 @@ class LivePage:
         self.browser, self.folder = browser, folder
         self.made = simulation(600.0)  # far longer than the test: it is stopped by hand
         self.bridge = Bridge(self.made, "127.0.0.1", 0)
-        self.made.steer(self.bridge)
+        self.made.steer(self)
+        self.reached = 0.0  # [s], by the loop
         self.outcome: RunOutcome | None = None
         self.thread = threading.Thread(target=self._run, daemon=True)
 
@@ -50,15 +51,30 @@ class LivePage:
         self.outcome = run_simulation(self.made, self.folder)
 
     @property
+    def paused_s(self) -> float:
+        """How long [s] the run has stood."""
+        return self.bridge.paused_s
+
+    def before_tick(self, t: float) -> Wishes | None:
+        """Ask the page's side."""
+        return self.bridge.before_tick(t)
+
+    def after_tick(self, t: float, values: Mapping[str, np.ndarray]) -> None:
+        """Tell the page's side, and remember the time."""
+        self.reached = t
+        self.bridge.after_tick(t, values)
+
+    @property
     def t(self) -> float:
         """The time [s] that the page shows."""
-        return float(self.box("Time").get_attribute("value").removesuffix(" s"))
+        field = until(lambda: self.box("Time"))
+        return float(field.get_attribute("value").removesuffix(" s"))
 
     def box(self, label: str) -> Any:
         """Return the field to type into that stands beside a label."""
         way = f"//label[normalize-space()='{label}']/following::input[not(@type='hidden')]"
         found = self.browser.find_elements(By.XPATH, way)
-        return next(field for field in found if field.get_attribute("type") != "range")
+        return next((field for field in found if field.get_attribute("type") != "range"), None)
 
     def click(self, text: str) -> None:
         """Click what carries that text."""
@@ -72,15 +88,11 @@ class LivePage:
         field.send_keys(Keys.CONTROL, "a")
         field.send_keys(f"{value:g}", Keys.ENTER)
 
-    def rests(self) -> float:
-        """Wait until the time stands still and return it."""
-
-        def still() -> float | None:
-            before = self.t
-            time.sleep(0.5)
-            return before if self.t == before else None
-
-        return until(still)
+    def stands(self) -> float:
+        """Wait until the loop stands and the page says where, and return that time."""
+        until(lambda: not self.bridge._running)
+        until(lambda: abs(self.t - self.reached) < 1e-9)
+        return self.t
 
 
 @pytest.fixture
@@ -103,10 +115,10 @@ def test_a_run_is_watched_steered_and_stopped_from_the_page(page: LivePage, tmp_
     began = until(lambda: page.t)
     until(lambda: page.t > began)
     page.click("Pause")
-    stood = page.rests()
+    stood = page.stands()
     page.click("1 tick")
-    until(lambda: page.t != stood)
-    assert abs(page.rests() - stood - page.made.dt) < 1e-9
+    until(lambda: abs(page.t - stood - page.made.dt) < 1e-9)
+    assert abs(page.stands() - stood - page.made.dt) < 1e-9
 
     page.type("x", PUSHED)
     page.click("Gains")

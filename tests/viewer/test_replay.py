@@ -14,6 +14,8 @@ from viewer_logs import tray_places
 
 pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.[viewer]'")
 
+from scene_poses import in_the_world
+
 from equipoise.cli import cli
 from equipoise.errors import EquipoiseError
 from equipoise.kinematics import KinematicsEvaluator
@@ -44,11 +46,10 @@ def test_the_robot_stands_where_pinocchio_puts_it(replay: Replay) -> None:
     model = tray_places().robot.model
     data = model.createData()
     pin.forwardKinematics(model, data, replay.log.at(0.25).values["q"].copy())
-    joint = model.njoints - 1
-    node = replay.display._robot._nodes[joint]
-    until(lambda: np.allclose(node.position, data.oMi[joint].translation, atol=1e-6))
-    turned = pin.Quaternion(data.oMi[joint].rotation).coeffs()[[3, 0, 1, 2]]
-    assert abs(abs(np.dot(node.wxyz, turned)) - 1.0) < 1e-6
+    wanted, robot = pin.SE3ToXYZQUAT(data.oMi[model.njoints - 1]), replay.display._robot
+    until(lambda: np.allclose(in_the_world(robot, model.njoints - 1), wanted, atol=2e-4))
+    replay.clock.seek(0.0)
+    until(lambda: not np.allclose(in_the_world(robot, model.njoints - 1), wanted, atol=2e-4))
 
 
 def test_keys_and_buttons_move_by_one_tick(replay: Replay) -> None:

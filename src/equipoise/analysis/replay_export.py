@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from equipoise.analysis.sole_arrows import outer_sides, sole_arrow
 from equipoise.analysis.stage import Part, Stage
 from equipoise.analysis.tessellation import tessellate
 from equipoise.contacts import SoleContact
@@ -21,7 +22,6 @@ from equipoise.world import Scene
 
 RATE = 25.0  # [Hz]
 MOST_FRAMES = 1500
-FORCE_SCALE = 1e-3  # [m/N]
 
 
 @dataclass
@@ -51,7 +51,8 @@ def export_replay(
     sliders = list(scenario.world.sliders)
     parts = _parts(places, sliders)
     poses = _poses(run, chosen, scenario, places, sliders)
-    lines = np.array([_force_lines(run, k, places) for k in chosen], dtype=np.float32)
+    sides = outer_sides(places)
+    lines = np.array([_force_lines(run, k, places, sides) for k in chosen], dtype=np.float32)
     return {
         "nodes": poses.shape[1],
         "segments": lines.shape[1] if lines.ndim == 4 else 0,
@@ -139,16 +140,11 @@ def _poses(
     return poses
 
 
-def _force_lines(run: Run, k: int, places: Places) -> list[list[Array]]:
-    """Return a line for each sole's force, up to the sole's centre of pressure."""
+def _force_lines(run: Run, k: int, places: Places, sides: dict[str, float]) -> list[Array]:
+    """Return a line (2, 3) [m] for each sole's force, without length where there is none."""
     lines = []
     for contact in places.soles.contacts:
-        if not isinstance(contact, SoleContact) or f"lam/{contact.name}" not in run:
-            continue
-        lam, T = run[f"lam/{contact.name}"][k], contact.T_world_anchor
-        if not (np.isfinite(lam).all() and lam[2] > 0.0):
-            lines.append([np.zeros(3), np.zeros(3)])
-            continue
-        point = T.act(np.array([-lam[4] / lam[2], lam[3] / lam[2], 0.0]))
-        lines.append([point - FORCE_SCALE * (T.rotation @ lam[:3]), point])
+        if isinstance(contact, SoleContact) and f"lam/{contact.name}" in run:
+            arrow = sole_arrow(contact, run[f"lam/{contact.name}"][k], sides[contact.name])
+            lines.append(np.zeros((2, 3)) if arrow is None else arrow)
     return lines

@@ -34,6 +34,14 @@ class Clock:
             self._playing = playing
         self._asked.set()
 
+    def toggle(self) -> None:
+        """Let time go on if it stands, and stand if it goes on."""
+        with self._lock:
+            self._playing = not self._playing
+            if self._playing and self._t >= self.last:
+                self._t = self.first
+        self._asked.set()
+
     def set_speed(self, speed: float) -> None:
         """Set how many seconds of the run pass in one second."""
         with self._lock:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import pinocchio as pin
 import viser
 
 from equipoise.kinematics import KinematicsEvaluator
@@ -14,16 +13,12 @@ from equipoise.scenarios.levels import build_levels
 from equipoise.scenarios.places import Places
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask
-from equipoise.viewer.drawing import (
-    GHOST_INSET,
-    GHOST_OPACITY,
-    GHOST_RGB,
-    Drawing,
-    robot_parts,
-)
+from equipoise.viewer.drawing import Drawing, robot_parts
 from equipoise.viewer.forces import ForceLayer, PushLayer
+from equipoise.viewer.ghost import Ghost
 from equipoise.viewer.hierarchy_panel import HierarchyPanel
 from equipoise.viewer.layers import BalanceLayer, DistanceLayer
+from equipoise.viewer.panels import Panels
 from equipoise.viewer.showing import Moment, Showable
 from equipoise.viewer.status_line import StatusLine
 from equipoise.viewer.surroundings import Surroundings
@@ -41,18 +36,10 @@ class Display:
         self.server, self.places = server, places
         self.levels = build_levels(scenario, places)
         self._evaluator = KinematicsEvaluator(places.robot)
-        self._ghost_data = places.robot.model.createData()
         _set_stage(server)
-        robot = robot_parts(places.scene)
-        self._robot = Drawing(server.scene, "/robot", robot)
-        self._ghost = Drawing(
-            server.scene,
-            "/ghost",
-            robot,
-            colour=GHOST_RGB,
-            opacity=GHOST_OPACITY,
-            inset=GHOST_INSET,
-        )
+        parts, model = robot_parts(places.scene), places.robot.model
+        self._robot = Drawing(server.scene, "/robot", parts, model.parents)
+        self._ghost = Ghost(server.scene, parts, model, self._robot)
         self.trails = TrailLayer(server.scene, places)
         self.layers = (
             Surroundings(server.scene, scenario, places),
@@ -62,37 +49,18 @@ class Display:
             DistanceLayer(server.scene, places, _pairs(scenario, places, self.levels)),
             self.trails,
         )
-        self.unveiling = Unveiling(server, (self._ghost, *self.layers[1:]))
+        self.panels = Panels(server.gui)
+        later = (self._ghost, *self.layers[1:])
+        self.unveiling = Unveiling(server, ((self.panels,), later))
 
-    def add_switches(self) -> None:
-        """Add a check box a layer, and what the colours and lengths mean."""
+    def add_panels(self) -> None:
+        """Add the line of the supervisor's mode, the switches of the layers and the hierarchy."""
         gui = self.server.gui
-        things: dict[str, Showable] = {
-            "Robot": self._robot,
-            "Reference (ghost)": self._ghost,
-            **{layer.title: layer for layer in self.layers},
-        }
-        for title, thing in things.items():
-            box = gui.add_checkbox(title, initial_value=True)
-            box.on_update(
-                lambda event, thing=thing: self.unveiling.set_visible(thing, event.target.value)
-            )
-        solidity = gui.add_slider("Robot solidity", min=0.1, max=1.0, step=0.05, initial_value=1.0)
-        solidity.on_update(lambda event: self._robot.set_opacity(event.target.value))
-        gui.add_markdown(
-            "*Red arrows: force on the robot, 1 m is 1000 N at a sole (beside the foot) and 100 N "
-            "at a hand; orange: wanted; magenta: a push, 1 m is 100 N. Black: centre of mass, red "
-            "dot: centre of pressure. The ghost comes out of the robot where the two differ by "
-            "more than 3 mm.*"
-        )
-
-    def add_hierarchy(self) -> None:
-        """Add the table of levels and tasks."""
-        self._hierarchy = HierarchyPanel(self.server.gui, self.levels)
-
-    def add_status(self) -> None:
-        """Add the line that says how supervisor, law and hierarchy fare."""
-        self._status = StatusLine(self.server.gui)
+        self._status = StatusLine(gui)
+        with gui.add_folder("Layers", expand_by_default=False):
+            self._add_switches()
+        with gui.add_folder("Hierarchy"):
+            self._hierarchy = HierarchyPanel(gui, self.levels)
 
     def moment(self, t: float, values: Mapping[str, Array]) -> Moment | None:
         """Return the moment of logged `values`; None if the state in them is not finite."""
@@ -109,13 +77,40 @@ class Display:
                 layer.show(moment)
             q_ref = moment.values.get("q_ref")
             if q_ref is not None and np.isfinite(q_ref).all():
-                pin.forwardKinematics(self.places.robot.model, self._ghost_data, q_ref)
-                self._ghost.place(self._ghost_data.oMi)
+                self._ghost.place(q_ref, moment.kin.pin_data.oMi)
 
     def show_panels(self, moment: Moment) -> None:
         """Write table and status of a moment."""
         self._hierarchy.show(moment)
         self._status.show(moment)
+
+    def _add_switches(self) -> None:
+        """Add a check box a layer, and what the colours and lengths mean."""
+        gui = self.server.gui
+        things: dict[str, Showable] = {
+            "Robot": self._robot,
+            "Reference (ghost)": self._ghost,
+            **{layer.title: layer for layer in self.layers},
+        }
+        for title, thing in things.items():
+            box = gui.add_checkbox(title, initial_value=True)
+            box.on_update(lambda event, thing=thing: self._switch(thing, event.target.value))
+        solidity = gui.add_slider("Robot solidity", min=0.1, max=1.0, step=0.05, initial_value=1.0)
+        solidity.on_update(lambda event: self._make_solid(event.target.value))
+        gui.add_markdown(
+            "*Red arrows: force on the robot, 1 m is 1000 N at a sole (beside the foot) and 100 N "
+            "at a hand; orange: wanted; magenta: a push, 1 m is 100 N. Black: centre of mass, red "
+            "dot: centre of pressure. The ghost comes out of the robot where the two differ by "
+            "more than 3 mm.*"
+        )
+
+    def _switch(self, thing: Showable, visible: bool) -> None:
+        self.unveiling.set_visible(thing, visible)
+        self._ghost.reconsider()
+
+    def _make_solid(self, solidity: float) -> None:
+        self._robot.set_opacity(solidity)
+        self._ghost.reconsider()
 
 
 def _set_stage(server: viser.ViserServer) -> None:

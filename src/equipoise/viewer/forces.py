@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import viser
 
+from equipoise.analysis.sole_arrows import outer_sides, sole_arrow
 from equipoise.contacts import (
     Contact,
     GraspContact,
@@ -18,13 +19,11 @@ from equipoise.contacts import (
 from equipoise.scenarios import schema
 from equipoise.scenarios.places import Places
 from equipoise.spatial import Array
-from equipoise.viewer.layers import pressure_in_sole
 from equipoise.viewer.showing import Layer, Moment
 
 MEASURED, WANTED, PUSH = (214, 40, 40), (255, 170, 0), (200, 0, 160)
-SOLE_SCALE, HAND_SCALE, PUSH_SCALE = 1e-3, 1e-2, 1e-2  # [m/N]
+HAND_SCALE, PUSH_SCALE = 1e-2, 1e-2  # [m/N]
 BESIDE = 0.025  # [m] between an arrow and its wanted one
-OUTSIDE = 0.03  # [m] between a sole's edge and its arrow, which the leg would hide inside
 
 
 class ForceLayer(Layer):
@@ -60,7 +59,8 @@ class ForceLayer(Layer):
 
     def _arrows(self, contact: Contact, moment: Moment, lam: Array, beside: float) -> list[Array]:
         if isinstance(contact, SoleContact):
-            return sole_arrows(contact, lam, self._sides[contact.name], beside)
+            arrow = sole_arrow(contact, lam, self._sides[contact.name], beside)
+            return [] if arrow is None else [arrow]
         return force_arrows(contact, moment, lam, beside)
 
 
@@ -88,23 +88,6 @@ class PushLayer(Layer):
         if force is not None and point is not None and np.isfinite(point).all():
             pushes.append((point, force))
         _draw(self._handle, [_ending(p, PUSH_SCALE * f) for p, f in pushes if f.any()])
-
-
-def sole_arrows(contact: SoleContact, lam: Array, side: float, beside: float) -> list[Array]:
-    """Return the arrow (2, 3) [m] of a loaded sole, on its left (`side` 1) or right (-1)."""
-    if not (np.isfinite(lam).all() and lam[2] > 0.0):
-        return []
-    T, sole = contact.T_world_anchor, contact.sole
-    edge = sole.y_max if side > 0.0 else sole.y_min
-    foot = T.act(np.array([pressure_in_sole(lam)[0], edge + side * (OUTSIDE + beside), 0.0]))
-    return [np.array([foot, foot + SOLE_SCALE * (T.rotation @ lam[:3])])]
-
-
-def outer_sides(places: Places) -> dict[str, float]:
-    """Return for each sole on which side of it the other soles are not: 1 left, -1 right."""
-    anchors = {contact.name: contact.T_world_anchor for contact in places.soles.contacts}
-    middle = np.mean([T.translation for T in anchors.values()], axis=0)
-    return {name: 1.0 if T.actInv(middle)[1] <= 0.0 else -1.0 for name, T in anchors.items()}
 
 
 def force_arrows(contact: Contact, moment: Moment, lam: Array, beside: float) -> list[Array]:

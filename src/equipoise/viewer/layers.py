@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
+from equipoise.analysis.sole_arrows import pressure_in_sole
 from equipoise.distances import DistanceEvaluator
 from equipoise.scenarios.places import Places
 from equipoise.spatial import Array
@@ -91,11 +92,6 @@ def centre_of_pressure(places: Places, moment: Moment) -> Array | None:
             total += lam[2]
             weighted += lam[2] * contact.T_world_anchor.act(pressure_in_sole(lam))
     return weighted / total if total > 0.0 else None
-
-
-def pressure_in_sole(lam: Array) -> Array:
-    """Return where the wrench `lam` (6,) of a loaded sole presses (3,) [m], in its axes."""
-    return np.array([-lam[4] / lam[2], lam[3] / lam[2], 0.0])
 
 
 def _ball(

@@ -18,6 +18,7 @@ from equipoise.runlog import Channel
 from equipoise.scenarios.places import build_places
 from equipoise.scenarios.read import parse_scenario
 from equipoise.spatial import Array
+from equipoise.viewer.asking import has_begun_frame
 from equipoise.viewer.curves import plots_of
 from equipoise.viewer.display import Display
 from equipoise.viewer.envelope import Envelope
@@ -25,9 +26,12 @@ from equipoise.viewer.longlog import LongLog
 from equipoise.viewer.plot_panel import add_plots
 from equipoise.viewer.replay import PANEL_PERIOD, Replay
 from equipoise.viewer.server import ViewerServer
+from equipoise.viewer.showing import Moment
 from equipoise.viewer.steering_panel import SteeringPanel
 
 IN_FLIGHT = 2  # ticks on their way at most, so that the pipe never fills and nothing waits
+PLOT_PERIOD = 0.5  # [s] between two updates of the plots, which cost a page as much as a picture
+SLOWEST = 0.25  # [s] that a page may take for a picture before the next is sent all the same
 BACKGROUND = 5  # niceness: where cores are short, the control loop comes before its picture
 
 
@@ -72,29 +76,30 @@ class LiveView:
         self._names = [channel.name for channel in job.channels]
         self._ends = np.cumsum([channel.size for channel in job.channels])[:-1]
         gui = server.viser.gui
-        gui.add_markdown(f"**{scenario.title or scenario.name}** — running")
-        self.panel = SteeringPanel(gui, scenario, places, job.push_frame, self._send)
         self.display = Display(server.viser, scenario, places)
-        self.display.add_status()
-        with gui.add_folder("Layers", expand_by_default=False):
-            self.display.add_switches()
-        with gui.add_folder("Hierarchy"):
-            self.display.add_hierarchy()
+        with self.display.panels.room():
+            gui.add_markdown(f"**{scenario.title or scenario.name}** — running")
+            self.panel = SteeringPanel(gui, scenario, places, job.push_frame, self._send)
+            self.display.add_panels()
         gui.main_panel.dock_right()
         plots = plots_of({channel.name: channel for channel in job.channels}, places)
         curves = [curve for plot in plots.values() for curve in plot.curves]
         self._envelope = Envelope(curves, 0.0, scenario.duration)
-        self._plots = add_plots(server.viser.gui, plots, self._envelope)
-        self._panels_at = -np.inf
+        self._plots = add_plots(gui, self.display.panels, plots, self._envelope)
+        self._panels_at = self._plots_at = -np.inf
+        self._unwritten: Moment | None = None
         self._replay: Replay | None = None
         server.viser.on_client_connect(lambda _: self._welcome())
 
     def run(self) -> None:
         """Draw until the run says that the page is to close. Raises: `EOFError`, `OSError`."""
         while True:
+            if not self._pipe.poll(PANEL_PERIOD):
+                self._write(plots=True)  # the run stands: the panels may lag behind the picture
             kind, content = self._pipe.recv()
             if kind == "tick":
                 self.show(float(content[0]), self._split(content[1:]))
+                self._wait_for_page()
                 self._send("ready", None)
             elif kind == "finished":
                 self._show_replay(Path(content))
@@ -110,13 +115,28 @@ class LiveView:
             return
         self.display.trails.add(moment)
         self.display.show(moment)
-        self.panel.show(t)
         self._envelope.add({"t": np.array([t]), **{k: v[None] for k, v in values.items()}})
+        self._unwritten = moment
         now = time.perf_counter()
         if now - self._panels_at >= PANEL_PERIOD:
             self._panels_at = now
-            self.display.show_panels(moment)
-            self._plots.refresh(t)
+            self._write(plots=now - self._plots_at >= PLOT_PERIOD)
+
+    def _write(self, *, plots: bool) -> None:
+        """Let the panels say what the last picture shows, unless they do."""
+        if self._unwritten is None:
+            return
+        moment = self._unwritten
+        self.panel.show(moment.t)
+        self.display.show_panels(moment)
+        if plots:
+            self._plots_at, self._unwritten = time.perf_counter(), None
+            self._plots.refresh(moment.t)
+
+    def _wait_for_page(self) -> None:
+        """Wait until the page has taken the picture in: more than it can draw is wasted."""
+        for client in list(self.server.viser.get_clients().values())[:1]:
+            has_begun_frame(client, SLOWEST)
 
     def _welcome(self) -> None:
         for _ in range(IN_FLIGHT):
@@ -130,6 +150,7 @@ class LiveView:
         """Give the same page to the finished run."""
         viser = self.server.viser
         self.display.unveiling.end()
+        self._unwritten = None
         viser.gui.reset()
         viser.scene.reset()
         try:

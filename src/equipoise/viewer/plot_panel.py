@@ -12,6 +12,7 @@ from viser import uplot
 from equipoise.spatial import Array
 from equipoise.viewer.curves import MOST_CURVES, Plot
 from equipoise.viewer.envelope import Envelope
+from equipoise.viewer.panels import Panels
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 NOW = "#222222"
@@ -48,10 +49,12 @@ class PlotPanel:
         return [plot.curves[i - start].label for i in indices], t, values
 
 
-def add_plots(gui: viser.GuiApi, plots: Mapping[str, Plot], envelope: Envelope) -> PlotPanel:
-    """Add a panel with plots at the left of the page."""
+def add_plots(
+    gui: viser.GuiApi, panels: Panels, plots: Mapping[str, Plot], envelope: Envelope
+) -> PlotPanel:
+    """Add a panel with plots at the left of the page, which is one of its `panels`."""
     panel = gui.add_panel()
-    with panel.add_tab("Plots"):
+    with panel.add_tab("Plots"), panels.room():
         shown = PlotPanel(gui, plots, envelope)
     panel.dock_left()
     panel.set_width(400)

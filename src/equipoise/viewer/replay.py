@@ -34,15 +34,12 @@ class Replay:
         self.clock = Clock(log.t_first, log.t_last)
         gui = server.viser.gui
         self.display = Display(server.viser, scenario, places)
-        self._summary(scenario.title or scenario.name)
-        self.timeline = TimeLine(
-            gui, self.clock, lambda t: log.before(t).t, lambda t: log.after(t).t
-        )
-        self.display.add_status()
-        with gui.add_folder("Layers", expand_by_default=False):
-            self.display.add_switches()
-        with gui.add_folder("Hierarchy"):
-            self.display.add_hierarchy()
+        with self.display.panels.room():
+            self._summary(scenario.title or scenario.name)
+            self.timeline = TimeLine(
+                gui, self.clock, lambda t: log.before(t).t, lambda t: log.after(t).t
+            )
+            self.display.add_panels()
         gui.main_panel.dock_right()
         self.plots, self.envelope = self._plots(places)
         self._stopping = threading.Event()
@@ -78,7 +75,7 @@ class Replay:
         plots = plots_of(self.log.run.channels, places)
         curves = [curve for plot in plots.values() for curve in plot.curves]
         envelope = Envelope(curves, self.log.t_first, self.log.t_last)
-        return add_plots(self.server.viser.gui, plots, envelope), envelope
+        return add_plots(self.server.viser.gui, self.display.panels, plots, envelope), envelope
 
     def _draw(self) -> None:
         shown, panels_at, passed = None, -np.inf, time.perf_counter()

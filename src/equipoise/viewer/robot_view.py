@@ -34,7 +34,7 @@ class RobotView:
         scene.add_grid("/floor", width=4.0, height=4.0, cell_size=0.1, section_size=0.5)
         self._server.initial_camera.position = (1.4, -1.0, 1.05)
         self._server.initial_camera.look_at = (0.0, 0.0, 0.6)
-        self._drawing = Drawing(scene, "/robot", robot_parts(Scene(robot)))
+        self._drawing = Drawing(scene, "/robot", robot_parts(Scene(robot)), robot.model.parents)
         self._frames = _Frames(self._server, robot)
         self._sliders: list[viser.GuiSliderHandle] = []
         self._add_panel(findings)

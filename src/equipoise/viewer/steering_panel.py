@@ -25,7 +25,7 @@ class SteeringPanel:
         self, gui: viser.GuiApi, scenario: schema.Scenario, places: Places, frame: str, send: Send
     ) -> None:
         self._gui, self._send = gui, send
-        self._wishing = threading.Lock()
+        self._turn = threading.RLock()  # the page's threads act one by one
         self._running = True
         self._time = gui.add_text("Time", "0.000 s", disabled=True)
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, hint="space")
@@ -49,13 +49,15 @@ class SteeringPanel:
 
     def toggle(self) -> None:
         """Pause or go on."""
-        self._set_running(not self._running)
-        self._send("run", self._running)
+        with self._turn:
+            self._set_running(not self._running)
+            self._send("run", self._running)
 
     def step(self, ticks: int) -> None:
         """Pause after some more ticks."""
-        self._set_running(False)
-        self._send("step", ticks)
+        with self._turn:
+            self._set_running(False)
+            self._send("step", ticks)
 
     @property
     def wishes(self) -> Wishes:
@@ -119,7 +121,7 @@ class SteeringPanel:
 
     def _wish(self) -> None:
         """Send what stands in the controls; one thread at a time, so that the newest is last."""
-        with self._wishing:
+        with self._turn:
             self._send("wishes", self.wishes)
 
     def _set_running(self, running: bool) -> None:

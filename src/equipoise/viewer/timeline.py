@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
 import viser
@@ -13,7 +14,10 @@ Neighbour = Callable[[float], float]
 
 
 class TimeLine:
-    """Steers a clock; `before` and `after` give the time of the neighbouring tick."""
+    """Steers a clock; `before` and `after` give the time of the neighbouring tick.
+
+    The page's threads take turns: none may act on a time that another has just left.
+    """
 
     def __init__(
         self, gui: viser.GuiApi, clock: Clock, before: Neighbour, after: Neighbour
@@ -24,6 +28,8 @@ class TimeLine:
             "Time [s]", clock.first, clock.first + span, 0.001, clock.first
         )
         self._slider.on_update(self._slid)
+        self._written = clock.first
+        self._turn = threading.RLock()
         self._buttons = gui.add_button_group("Step", ("|<", "<", ">", ">|"))
         self._buttons.on_click(self._stepped)
         self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="space")
@@ -36,21 +42,26 @@ class TimeLine:
 
     def toggle(self) -> None:
         """Play or pause."""
-        self._clock.play(not self._clock.playing)
+        self._clock.toggle()
 
     def step(self, direction: int) -> None:
         """Pause and go to the neighbouring tick."""
-        self._clock.play(False)
-        neighbour = self._after if direction > 0 else self._before
-        self._clock.seek(neighbour(self._clock.t))
+        with self._turn:
+            self._clock.play(False)
+            neighbour = self._after if direction > 0 else self._before
+            self._clock.seek(neighbour(self._clock.t))
 
     def jump(self, seconds: float) -> None:
         """Go on or back by some seconds."""
-        self._clock.seek(self._clock.t + seconds)
+        with self._turn:
+            self._clock.seek(self._clock.t + seconds)
 
     def show(self) -> None:
         """Let slider and button say where the clock stands."""
-        self._slider.value = min(max(self._clock.t, self._slider.min), self._slider.max)
+        with self._turn:
+            now = min(max(self._clock.t, self._slider.min), self._slider.max)
+            if self._slider.value == self._written != now:  # else a person has just moved it
+                self._slider.value = self._written = now
         label = "Pause" if self._clock.playing else "Play"
         if self._play.label != label:
             self._play.label = label
@@ -59,7 +70,9 @@ class TimeLine:
 
     def _slid(self, event: viser.GuiEvent) -> None:
         if event.client_id is not None:  # moved by a person, not by `show`
-            self._clock.seek(float(self._slider.value))
+            with self._turn:
+                self._written = self._slider.value
+                self._clock.seek(float(self._written))
 
     def _stepped(self, event: viser.GuiEvent) -> None:
         clock = self._clock

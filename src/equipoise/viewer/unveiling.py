@@ -7,26 +7,28 @@ from collections.abc import Sequence
 
 import viser
 
+from equipoise.viewer.asking import has_drawn
 from equipoise.viewer.showing import Showable
-
-AFTER = 1.0  # [s] from a page's first word to its first picture, about (drawn without a GPU)
 
 
 class Unveiling:
-    """Keeps `things` hidden while nobody looks, and shows them when a page has drawn the rest.
+    """Keeps things hidden while nobody looks, and shows them stage by stage.
 
-    A switch goes through `set_visible`, so that what a person hid stays hidden. Thin lines, arrows
-    and balls each need programs that a browser translates before it draws anything.
+    A stage of `stages` is shown when a page has drawn all that came before. A switch goes through
+    `set_visible`, so that what a person hid stays hidden. Thin lines, arrows and balls each need
+    programs that a browser translates before it draws anything, and a control takes it longer
+    than a mesh.
     """
 
-    def __init__(self, server: viser.ViserServer, things: Sequence[Showable]) -> None:
-        self._server = server
-        self._wanted = dict.fromkeys(things, True)
-        self._open, self._ended = False, False
+    def __init__(self, server: viser.ViserServer, stages: Sequence[Sequence[Showable]]) -> None:
+        self._server, self._stages = server, stages
+        self._wanted = {thing: True for stage in stages for thing in stage}
+        self._shown: set[Showable] = set()
+        self._ended = False
         self._lock = threading.RLock()
-        for thing in things:
+        for thing in self._wanted:
             thing.set_visible(False)
-        server.on_client_connect(lambda _: self._somebody_looks())
+        server.on_client_connect(self._somebody_looks)
         server.on_client_disconnect(lambda _: self._somebody_left())
 
     def set_visible(self, thing: Showable, visible: bool) -> None:
@@ -34,38 +36,43 @@ class Unveiling:
         with self._lock:
             if thing in self._wanted:
                 self._wanted[thing] = visible
-                visible = visible and self._open
+                visible = visible and thing in self._shown
             if not self._ended:
                 thing.set_visible(visible)
 
     @property
     def opened(self) -> bool:
         """Whether everything that is wanted is shown."""
-        return self._open
+        return len(self._shown) == len(self._wanted)
 
     def end(self) -> None:
         """Touch the things no more: they are about to be removed."""
         with self._lock:
             self._ended = True
 
-    def open(self) -> None:
-        """Show what is wanted."""
-        self._set(True)
+    def open(self, stage: Sequence[Showable]) -> None:
+        """Show what is wanted of a stage."""
+        with self._lock:
+            if not self._ended:
+                self._set([thing for thing in stage if thing not in self._shown], True)
 
-    def _somebody_looks(self) -> None:
-        timer = threading.Timer(AFTER, self.open)
-        timer.daemon = True
-        timer.start()
+    def _somebody_looks(self, client: viser.ClientHandle) -> None:
+        threading.Thread(target=self._unveil, args=(client,), daemon=True).start()
+
+    def _unveil(self, client: viser.ClientHandle) -> None:
+        """Open stage after stage, as fast as this page draws them."""
+        for stage in self._stages:
+            if self._ended or self.opened or not has_drawn(client):
+                return
+            self.open(stage)
 
     def _somebody_left(self) -> None:
-        if not self._server.get_clients():
-            self._set(False)
-
-    def _set(self, opened: bool) -> None:
         with self._lock:
-            if self._ended or opened == self._open:
-                return
-            self._open = opened
-            with self._server.atomic():
-                for thing, wanted in self._wanted.items():
-                    thing.set_visible(opened and wanted)
+            if not self._ended and not self._server.get_clients():
+                self._set(list(self._shown), False)
+
+    def _set(self, things: Sequence[Showable], shown: bool) -> None:
+        with self._server.atomic():
+            for thing in things:
+                (self._shown.add if shown else self._shown.discard)(thing)
+                thing.set_visible(shown and self._wanted[thing])

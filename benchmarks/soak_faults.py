@@ -45,23 +45,9 @@ SQUEEZE = np.array([15.0])
 def contacts_of(robot: Robot) -> ContactStack:
     """Return both soles where they stand and a grasp between the palms."""
     kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
-    soles = []
-    for sole in robot.soles:
-        frame = robot.frame_id(sole.frame)
-        soles.append(
-            SoleContact(
-                sole.frame,
-                supporting=True,
-                sole=sole,
-                frame_id=frame,
-                T_world_anchor=kin.placement(frame),
-            )
-        )
-    a, b = (robot.frame_id(palm.frame) for palm in robot.palms[:2])
-    T_a_b = kin.placement(a).actInv(kin.placement(b))
-    return ContactStack(
-        [*soles, GraspContact("grasp", regulated=("fz",), frame_a=a, frame_b=b, T_a_b=T_a_b)]
-    )
+    soles = [SoleContact.standing(sole, kin) for sole in robot.soles]
+    palms = (palm.frame for palm in robot.palms)
+    return ContactStack([*soles, GraspContact.holding("grasp", kin, *palms, regulated=("fz",))])
 
 
 class Ordeal:

@@ -33,16 +33,7 @@ def main(seconds: float = 3.0) -> tuple[MotionStep, dict[str, np.ndarray]]:
     robot = get_robot("hrp2")
     kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
     place = {name: kin.placement(robot.frame_id(name)) for name in robot.frame_names}
-    soles = [
-        SoleContact(
-            name=sole.name,
-            supporting=True,
-            sole=sole,
-            frame_id=robot.frame_id(sole.frame),
-            T_world_anchor=place[sole.frame],
-        )
-        for sole in robot.soles
-    ]
+    soles = [SoleContact.standing(sole, kin) for sole in robot.soles]
     corners = [sole_corners(c.sole, c.T_world_anchor) for c in soles]
     polygon = SupportPolygon.of_points(np.vstack(corners))
     hands = []

@@ -32,16 +32,7 @@ def main(seconds: float = 1.5) -> tuple[float, float]:
     robot = get_robot("hrp2")
     q = robot.q_half_sitting
     kin = KinematicsEvaluator(robot).at(q, np.zeros(robot.nv))
-    contacts = [
-        SoleContact(
-            name=sole.name,
-            supporting=True,
-            sole=sole,
-            frame_id=robot.frame_id(sole.frame),
-            T_world_anchor=kin.placement(robot.frame_id(sole.frame)),
-        )
-        for sole in robot.soles
-    ]
+    contacts = [SoleContact.standing(sole, kin) for sole in robot.soles]
     palm = robot.frame_id("right_palm")
     towards_robot = np.array([-1.0, 0.0, 0.0])  # the normal of the wall, world axes
     turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), towards_robot)

@@ -46,12 +46,7 @@ def main(dt: float = 0.005) -> tuple[float, float, float]:
     """Lead the hand 10 cm through the ceiling; return how high it came, ceiling, target [m]."""
     robot = get_robot("hrp2")
     kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
-    soles = []
-    for sole in robot.soles:
-        frame_id = robot.frame_id(sole.frame)
-        anchor = kin.placement(frame_id)
-        contact = {"frame_id": frame_id, "T_world_anchor": anchor, "supporting": True}
-        soles.append(SoleContact(name=sole.name, sole=sole, **contact))
+    soles = [SoleContact.standing(sole, kin) for sole in robot.soles]
     palm = robot.frame_id("left_palm")
     here = kin.placement(palm)
     there = pin.SE3(here.rotation, here.translation + np.array([0.1, 0.0, 0.3]))

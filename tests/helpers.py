@@ -24,29 +24,13 @@ def random_state(robot: Robot, rng: np.random.Generator, spread: float = 0.2):
 def sole_contacts(robot: Robot, q: np.ndarray) -> list[SoleContact]:
     """Return the robot's soles as contacts anchored where they are at `q`."""
     kin = kinematics(robot, q)
-    return [
-        SoleContact(
-            name=sole.name,
-            supporting=True,
-            sole=sole,
-            frame_id=robot.frame_id(sole.frame),
-            T_world_anchor=kin.placement(robot.frame_id(sole.frame)),
-        )
-        for sole in robot.soles
-    ]
+    return [SoleContact.standing(sole, kin) for sole in robot.soles]
 
 
 def palm_grasp(robot: Robot, q: np.ndarray, regulated: tuple[str, ...] = ("fz",)) -> GraspContact:
     """Return a grasp between the palms as they are at `q`."""
-    kin = kinematics(robot, q)
-    a, b = (robot.frame_id(palm.frame) for palm in robot.palms)
-    return GraspContact(
-        name="grasp",
-        regulated=regulated,
-        frame_a=a,
-        frame_b=b,
-        T_a_b=kin.placement(a).actInv(kin.placement(b)),
-    )
+    palms = (palm.frame for palm in robot.palms)
+    return GraspContact.holding("grasp", kinematics(robot, q), *palms, regulated=regulated)
 
 
 def full_stack(robot: Robot, q: np.ndarray) -> ContactStack:

@@ -80,6 +80,7 @@ def test_a_resolved_scenario_runs_again_to_the_same_bits(short_run, tmp_path):
         (("run", "trya"), "tray"),
         (("run", "tray", "--set", "durration=1"), "Did you mean 'duration'"),
         (("run", "tray", "--set", "tasks.look.object=trai"), "tasks.look.object"),
+        (("run", "tray", "--set", "tasks.lok.priority=2"), "Did you mean 'look'"),
         (("run", "tray", "--set", "acceptance.limits.speed={max: 1}"), "metric"),
         (("plot", "nowhere"), "nowhere"),
         (("export", "nowhere"), "nowhere"),
@@ -103,6 +104,15 @@ def test_a_place_that_cannot_be_written_is_named(short_run, tmp_path):
         assert done.returncode == 2, done.stdout + done.stderr
         assert "/proc/none: " in done.stderr
         assert "Traceback" not in done.stderr
+
+
+def test_a_run_that_has_no_place_to_write_exits_with_2(tmp_path):
+    (tmp_path / "taken").write_text("a file, no folder\n")
+    done = equipoise("run", "tray", "--out", "taken", *SHORT, cwd=tmp_path)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "Cannot write a log in taken: " in done.stderr
+    assert "Traceback" not in done.stderr
+    assert (tmp_path / "taken").read_text() == "a file, no folder\n"
 
 
 def test_a_video_is_an_mp4_file(short_run, tmp_path):

@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from equipoise import __version__
-from equipoise.errors import EquipoiseError, InputError, RunLogError
+from equipoise.errors import EquipoiseError, InputError
 
 PASSED, NOT_PASSED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -22,7 +22,8 @@ PASSED, NOT_PASSED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 def cli() -> None:
     """Whole-body force-motion control of humanoids without a dynamic model.
 
-    Exit codes: 0 done (a run: and met its acceptance), 1 ran but did not meet it, 2 wrong input.
+    Exit codes: 0 done (a run: and met its acceptance), 1 ran but did not meet it, 2 wrong input
+    or a place that cannot be read or written.
     """
 
 
@@ -61,20 +62,16 @@ def run(
         from equipoise.viewer.commands import Watch
 
         watch = Watch(host, port, click.echo)
-    try:
-        with Progress() as progress:
-            finished = run_scenario(
-                scenario,
-                out=out,
-                overrides=overrides,
-                robot=robot,
-                figures=not no_figures,
-                report=progress,
-                steer=watch.steer if watch is not None else None,
-            )
-    except RunLogError as error:
-        click.echo(f"equipoise: {error}", err=True)
-        sys.exit(NOT_PASSED)
+    with Progress() as progress:
+        finished = run_scenario(
+            scenario,
+            out=out,
+            overrides=overrides,
+            robot=robot,
+            figures=not no_figures,
+            report=progress,
+            steer=watch.steer if watch is not None else None,
+        )
     summary = finished.summary or {}
     print_summary(summary, finished.folder)
     if watch is not None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import gc
 import json
+import shutil
 import sys
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise.bench import peers
+from equipoise.bench import apart, peers
 from equipoise.bench.apart import ApartPeer, write_task
 from equipoise.bench.growth import growth, linear_share
 from equipoise.bench.memory import measure_memory
@@ -110,8 +112,8 @@ def test_peers_apart_are_given_the_same_robot(problem, tmp_path):
 
 def test_what_is_not_installed_is_left_out_with_a_word(problem, monkeypatch):
     gone = peers.Peer("nothing_like_it", "some-package", "")
-    apart = peers.PEERS["placo"]
-    monkeypatch.setattr(peers, "PEERS", {"gone": gone, "placo": apart})
+    known = peers.PEERS["placo"]
+    monkeypatch.setattr(peers, "PEERS", {"gone": gone, "placo": known})
     said: list[str] = []
     assert peers.make_peers(problem, {}, 10, said.append) == []
     assert "pip install some-package" in said[0]
@@ -137,6 +139,57 @@ def test_a_python_without_the_peer_is_refused_kindly(problem, python):
         pytest.skip("tsid is importable here")
     with pytest.raises(InputError, match="Name a Python that can `import tsid`"):
         ApartPeer(problem, "tsid", python, 3)
+
+
+WORKER = """
+from turns import serve
+
+
+class Tick:
+    def __init__(self, task, targets):
+        self.ticks = [len(poses) for poses in targets.values()]
+        assert len(task["joints"]) == len(task["velocity_max"])
+
+    def run(self, k):
+        print("a library that talks")
+        return 10 * k + self.ticks[0], int(k == 4)
+
+    def error(self, k):
+        return 0.5
+
+
+if __name__ == "__main__":
+    serve(Tick, "a stand-in")
+"""
+
+
+def test_a_worker_is_told_its_ticks_and_answers_with_their_times(problem, tmp_path, monkeypatch):
+    shutil.copy(apart.WORKERS / "turns.py", tmp_path)
+    (tmp_path / "simple_worker.py").write_text(WORKER, encoding="utf-8")
+    monkeypatch.setattr(apart, "WORKERS", tmp_path)
+    peer = ApartPeer(problem, "simple", sys.executable, 6)
+    try:
+        assert peer.remarks == {peer.row: "a stand-in"}
+        assert peer.run(0, 3) == {peer.row: [6, 16, 26]}
+        assert peer.failures == {peer.row: 0}
+        assert peer.run(3, 3) == {peer.row: [36, 46, 56]}
+        assert peer.failures == {peer.row: 1}
+    finally:
+        peer.close()
+
+
+def test_workers_need_nothing_of_ours():
+    """They run where Equipoise is not installed; what they share lies beside them."""
+    paths = sorted(apart.WORKERS.glob("*.py"))
+    beside = {path.stem for path in paths}
+    assert {"turns", "placo_worker", "tsid_worker"} <= beside
+    for path in paths:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        named = {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
+        named |= {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
+        peer = {path.stem.removesuffix("_worker")}
+        known = {"numpy", "pinocchio", *beside, *peer, *sys.stdlib_module_names}
+        assert {name.split(".")[0] for name in named} <= known, path.name
 
 
 def test_memory_does_not_grow(problem):

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
-from equipoise.contacts import ContactStack
+from equipoise.contacts import ContactStack, GraspContact, SoleContact
+from equipoise.errors import NameNotFoundError
 from helpers import full_stack, kinematics, palm_grasp, random_state, sole_contacts
 
 
@@ -45,6 +47,40 @@ def test_rows_of_each_contact(hrp2, rng):
     parts = stack.split(np.arange(18.0))
     assert list(parts) == ["left_sole", "right_sole", "grasp"]
     assert parts["grasp"][0] == 12.0
+
+
+def test_a_sole_stands_where_it_is(hrp2, rng):
+    """A joint of its leg that moves takes it away, one of an arm does not."""
+    q, _ = random_state(hrp2, rng)
+    kin, sole = kinematics(hrp2, q), hrp2.soles[0]
+    contact = SoleContact.standing(sole, kin)
+    assert (contact.name, contact.supporting) == (sole.name, True)
+    assert contact.friction == SoleContact.friction
+    assert np.abs(contact.residual(kin)).max() < 1e-15
+    for joint, moves in (("LLEG_JOINT5", True), ("LARM_JOINT3", False)):
+        dq = np.zeros(hrp2.nv)
+        dq[6 + hrp2.joint_index(joint)] = 0.1
+        there = kinematics(hrp2, pin.integrate(hrp2.model, q, dq))
+        assert (np.abs(contact.residual(there)).max() > 1e-3) == moves
+    other = SoleContact.standing(sole, kin, name="floor", supporting=False, friction=0.2)
+    assert (other.name, other.supporting, other.friction) == ("floor", False, 0.2)
+    with pytest.raises(NameNotFoundError, match="left_sole"):
+        SoleContact.standing(replace(sole, frame="left_soul"), kin)
+
+
+def test_a_grasp_holds_wherever_the_robot_is_carried(hrp2, rng):
+    q, _ = random_state(hrp2, rng)
+    palms = [palm.frame for palm in hrp2.palms]
+    grasp = GraspContact.holding("grasp", kinematics(hrp2, q), *palms, regulated=("fz",))
+    for i in range(hrp2.nv):
+        dq = np.zeros(hrp2.nv)
+        dq[i] = 0.1
+        there = kinematics(hrp2, pin.integrate(hrp2.model, q, dq))
+        name = hrp2.velocity_names[i]
+        apart = name.startswith(("LARM", "RARM")) and not name.endswith("6")  # 6: the fingers
+        assert (np.abs(grasp.residual(there)).max() > 1e-6) == apart, name
+    with pytest.raises(NameNotFoundError, match="left_palm"):
+        GraspContact.holding("grasp", kinematics(hrp2, q), "left_plam", palms[1])
 
 
 def test_no_contact_at_all(hrp2, rng):

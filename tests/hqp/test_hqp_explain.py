@@ -8,6 +8,7 @@ from hqp_problems import KINDS, block, equalities, random_hierarchy
 
 from equipoise.errors import NameNotFoundError, NonFiniteError
 from equipoise.hqp import Hierarchy, RowWords, Shortfall, explain, make_solver
+from equipoise.hqp.explanation import Blocker
 
 
 def solve(hierarchy: Hierarchy):
@@ -135,6 +136,38 @@ def test_the_sentence_has_the_units_that_a_person_knows() -> None:
     assert "left palm is 32 cm/s short" in str(
         explain(h, solve(h).v, (*words[:2], RowWords.both("left palm", "m/s")))
     )
+
+
+def test_a_blocker_of_next_to_nothing_is_not_named() -> None:
+    """Shares go with the squares of what the rows pull with: here 1 to 0.0025."""
+    walls = [
+        block(name, row[None], np.array([-np.inf]), np.array([1.0]))
+        for name, row in zip(("wall", "veil"), np.eye(2), strict=True)
+    ]
+    task = equalities("task", np.array([[1.0, 0.05]]), np.array([4.0]))
+    h = Hierarchy.stack([walls, [task]], 2)
+    s = explain(h, solve(h).v).of("task")
+    assert dict(s.shares) == pytest.approx(
+        {"wall/wall0": 1 / 1.0025, "veil/veil0": 0.0025 / 1.0025}
+    )
+    assert "blocked by wall/wall0 (" in str(s)
+    assert "veil" not in str(s)
+    assert "veil" in s.details()
+
+
+def test_if_all_blockers_are_small_the_largest_are_named_with_their_shares() -> None:
+    def blocker(i: int, share: float) -> Blocker:
+        words = RowWords.both(f"bound {i}", "m/s")
+        return Blocker(i, f"wall/{i}", 0, words, share, share, 1.0, 0.0)
+
+    own = tuple((RowWords.both(phrase, "m/s"), 0.5) for phrase in ("x", "y"))  # told in per cent
+    shares = [0.004] * 250
+    many = Shortfall("task", 1, own, tuple(blocker(*of) for of in enumerate(shares)), (), 0.0)
+    assert "by bound 0 (0.4%), by bound 1 (0.4%)" in str(many)
+    assert "246 more" in str(many)
+    some = (blocker(250, 0.5), blocker(251, 0.496), blocker(252, 0.004))
+    few = Shortfall("task", 1, own, some, (), 0.0)
+    assert str(few).endswith("blocked by bound 250 (50%) and by bound 251 (50%).")
 
 
 def test_met_tasks_are_said_to_be_met() -> None:

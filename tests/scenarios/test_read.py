@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from typing import get_args
+from xml.etree import ElementTree
+
 import pytest
+from pydantic import BaseModel
 
 from equipoise.errors import NameNotFoundError, ScenarioError
 from equipoise.scenarios import (
@@ -11,7 +15,9 @@ from equipoise.scenarios import (
     read_scenario,
     resolved_text,
 )
+from equipoise.scenarios.overrides import NAMED
 from equipoise.scenarios.places import build_places
+from equipoise.scenarios.schema import Name, Scenario
 from equipoise.scenarios.truth import true_robot
 
 TEXT = named_scenarios()["tray"].read_text(encoding="utf-8")
@@ -60,7 +66,7 @@ def test_overrides_reach_every_depth():
         ("control.gains.alpha=.inf", "control.gains.alpha", "finite"),
         ("tasks.look.priority=true", "tasks.look.priority", "integer"),
         ("tasks.look.kind=gase", "tasks.look", "Did you mean 'gaze'"),
-        ("tasks.wave.frame=left_palm", "tasks.wave", "'kind' is missing. Known: hold_frame"),
+        ("tasks.wave={frame: left_palm}", "tasks.wave", "'kind' is missing. Known: hold_frame"),
         ("tasks.look=3", "tasks.look", "a mapping of keys is wanted. Given: 3"),
         ("disturbances.links={BODY: 1.2}", "disturbances.links.BODY", "Known: mass, inertia"),
         ("world.objects.tray.waypoints.1.t=0.1", "world.objects.tray", "in the past"),
@@ -74,6 +80,47 @@ def test_wrong_values_are_named(override, path, message):
     error = complaint(TEXT, override)
     assert error.path == path
     assert message in str(error)
+
+
+@pytest.mark.parametrize(
+    ("override", "path", "message"),
+    [
+        ("tasks.lok.priority=2", "tasks.lok", "There is no task 'lok'"),
+        ("contacts.left_soul.friction=0.5", "contacts.left_soul", "Did you mean 'left_sole'"),
+        ("contacts.grip.regulated.fz.values=[1]", "contacts.grip", "Known: grasp, left_sole"),
+        ("world.bodies.dask.at.xyz=[0, 0, 0]", "world.bodies.dask", "Did you mean 'desk'"),
+        ("world.objects.trai.mass=1.0", "world.objects.trai", "--set 'world.objects.trai={...}'"),
+        ("world.sliders.box.mass=1.0", "world.sliders.box", "There is no slider 'box'"),
+    ],
+)
+def test_a_key_of_what_does_not_exist_makes_nothing_new(override, path, message):
+    error = complaint(TEXT, override)
+    assert error.path == path
+    assert message in str(error)
+
+
+def test_a_whole_mapping_makes_something_new_whose_keys_can_then_be_changed():
+    new = "tasks.wave={kind: hold_frame, frame: left_palm, priority: 4}"
+    scenario = parse_scenario(TEXT, (new, "tasks.wave.rate=3"))
+    assert scenario.tasks["wave"].frame == "left_palm"
+    assert scenario.tasks["wave"].rate == 3.0
+    assert set(scenario.tasks) == {*parse_scenario(TEXT).tasks, "wave"}
+
+
+def named_sections(model: type[BaseModel], path: str = "") -> set[str]:
+    """Return the paths of all mappings whose keys are names that the scenario makes itself."""
+    found = set()
+    for key, field in model.model_fields.items():
+        arguments = get_args(field.annotation)
+        if arguments and arguments[0] == Name:
+            found.add(f"{path}{key}")
+        elif isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            found |= named_sections(field.annotation, f"{path}{key}.")
+    return found
+
+
+def test_all_sections_with_names_of_their_own_are_guarded():
+    assert named_sections(Scenario) == set(NAMED)
 
 
 def test_an_unknown_key_tells_its_line_and_the_known_ones():
@@ -156,6 +203,47 @@ def test_disturbances_change_the_true_robot_only():
     nominal = places.robot.mass
     assert true_robot(scenario, places).mass == pytest.approx(1.3 * nominal + 5.0)
     assert places.robot.mass == nominal
+
+
+def true_mass(places, links: str) -> float:
+    return true_robot(parse_scenario(TEXT, (f"disturbances.links={links}",)), places).mass
+
+
+@pytest.fixture(scope="module")
+def tray_places():
+    return build_places(parse_scenario(TEXT))
+
+
+@pytest.mark.parametrize("name", ["LLEG_LINK5", "LLEG_JOINT5"])
+def test_a_link_is_scaled_by_its_name_or_its_joint(tray_places, name):
+    """The independent answer is the mass in the URDF."""
+    urdf = ElementTree.parse(tray_places.robot.urdf_path)
+    mass = float(urdf.find("./link[@name='LLEG_LINK5']/inertial/mass").get("value"))
+    more = true_mass(tray_places, f"{{{name}: {{mass: 1.5}}}}") - tray_places.robot.mass
+    assert more == pytest.approx(0.5 * mass)
+
+
+@pytest.mark.parametrize(
+    ("name", "carrier"),
+    [
+        ("left_sole", "LLEG_LINK5"),
+        ("left_sole_fixed", "LLEG_LINK5"),
+        ("left_palm_skin", "LARM_LINK5"),
+        ("camera", "HEAD_LINK1"),
+    ],
+)
+def test_what_is_fixed_to_a_link_has_no_mass_to_scale(tray_places, name, carrier):
+    with pytest.raises(ScenarioError, match=f"is fixed to the link '{carrier}'") as caught:
+        true_mass(tray_places, f"{{{name}: {{mass: 1.5}}}}")
+    assert caught.value.path == f"disturbances.links.{name}"
+    assert name not in caught.value.known
+    for known in caught.value.known:  # what is offered is accepted
+        true_mass(tray_places, f"{{{known}: {{mass: 1.5}}}}")
+
+
+def test_the_world_has_no_mass_to_scale(tray_places):
+    with pytest.raises(ScenarioError, match="There is no link on robot hrp2: 'universe'"):
+        true_mass(tray_places, "{universe: {mass: 1.5}}")
 
 
 def test_a_waypoint_inside_the_desk_is_refused_by_name():

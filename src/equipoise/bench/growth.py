@@ -136,16 +136,7 @@ def _contacts(problem: Problem) -> list[Contender]:
     soles = list(robot.soles) + [
         Sole(palm.name, palm.frame, -0.02, 0.02, -0.02, 0.02) for palm in robot.palms
     ]
-    flat = [
-        SoleContact(
-            name=sole.name,
-            supporting=i < 2,
-            sole=sole,
-            frame_id=robot.frame_id(sole.frame),
-            T_world_anchor=kin.placement(robot.frame_id(sole.frame)),
-        )
-        for i, sole in enumerate(soles)
-    ]
+    flat = [SoleContact.standing(sole, kin, supporting=i < 2) for i, sole in enumerate(soles)]
     gains = problem.simulation.controller.gains
     table = []
     for count in range(1, len(flat) + 1):

@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from equipoise.compilation import compiled
 from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
+from equipoise.kinematics import Kinematics
 from equipoise.kinematics_kernels import frame_motion
 from equipoise.scratch import scratch, scratch_matrix
 from equipoise.spatial import Array, pose_row
@@ -27,6 +28,24 @@ class GraspContact(CompiledContact):
     frame_a: int
     frame_b: int
     T_a_b: pin.SE3
+
+    @classmethod
+    def holding(
+        cls,
+        name: str,
+        kin: Kinematics,
+        frame_a: str,
+        frame_b: str,
+        *,
+        regulated: tuple[str, ...] = (),
+    ) -> GraspContact:
+        """Return the grasp of an object between two frames as they are at the state of `kin`.
+
+        Raises: NameNotFoundError if the robot has no such frame, the contact no such row.
+        """
+        a, b = kin.robot.frame_id(frame_a), kin.robot.frame_id(frame_b)
+        T_a_b = kin.placement(a).actInv(kin.placement(b))
+        return cls(name=name, regulated=regulated, frame_a=a, frame_b=b, T_a_b=T_a_b)
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -9,11 +9,14 @@ import pinocchio as pin
 
 from equipoise.compilation import compiled
 from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
+from equipoise.kinematics import Kinematics
 from equipoise.kinematics_kernels import frame_motion
 from equipoise.robots import Sole
 from equipoise.scratch import scratch_matrix
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial_kernels import crossed, rotation_difference, turned_back
+
+FRICTION = 0.7  # coefficient between a sole and the ground, unless another is given
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,9 +28,34 @@ class SoleContact(CompiledContact):
     """
 
     sole: Sole
-    friction: float = 0.7
+    friction: float = FRICTION
     frame_id: int
     T_world_anchor: pin.SE3
+
+    @classmethod
+    def standing(
+        cls,
+        sole: Sole,
+        kin: Kinematics,
+        *,
+        name: str | None = None,
+        supporting: bool = True,
+        friction: float = FRICTION,
+    ) -> SoleContact:
+        """Return the contact of a sole that stands where it is at the state of `kin`.
+
+        It is called as the sole is, unless a `name` is given.
+        Raises: NameNotFoundError if the robot has no such frame.
+        """
+        frame_id = kin.robot.frame_id(sole.frame)
+        return cls(
+            name=sole.name if name is None else name,
+            supporting=supporting,
+            sole=sole,
+            friction=friction,
+            frame_id=frame_id,
+            T_world_anchor=kin.placement(frame_id),
+        )
 
     @property
     def labels(self) -> tuple[str, ...]:

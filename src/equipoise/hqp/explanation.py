@@ -12,6 +12,7 @@ SHOWN = 4  # blockers that a sentence names
 LINES = 8  # lines of details of one task
 COMPONENTS = 3  # rows in such a line
 NEGLIGIBLE = 1e-3  # share of a shortfall that is not worth a word
+WORTH_NAMING = 5e-3  # share above which a blocker is named, if any is above it: no "0%"
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +125,7 @@ class Shortfall:
         return "\n".join(lines if more <= 0 else [*lines[:LINES], f"  and {more} more"])
 
     def _why(self) -> str:
-        named = [self._share(*shared) for shared in self.shares if shared[1] > NEGLIGIBLE]
+        named = [self._share(*shared) for shared in self._shares_worth_naming()]
         reasons = []
         if named:
             more = len(named) - SHOWN
@@ -142,11 +143,15 @@ class Shortfall:
             reasons.append(f"no motion of the robot, whatever gives way, would meet {part}")
         return ": " + ", ".join(reasons) if reasons else ""
 
+    def _shares_worth_naming(self) -> list[tuple[str, float]]:
+        large = [shared for shared in self.shares if shared[1] > WORTH_NAMING]
+        return large or [shared for shared in self.shares if shared[1] > NEGLIGIBLE]
+
     def _share(self, phrase: str, share: float) -> str:
         if len(self.amounts) == 1 and not self.worst:
             value, unit = self.amounts[0]
             return f"{phrase} ({quantity(share * value, unit)})"
-        return f"{phrase} ({share:.0%})"
+        return f"{phrase} ({share:.{0 if share > WORTH_NAMING else 1}%})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,8 @@
 """Scenarios: typed YAML files, what they build, and the one loop that runs them."""
 
 from equipoise.scenarios.catalogue import named_scenarios, read_scenario
-from equipoise.scenarios.read import apply_overrides, parse_scenario, resolved_text
+from equipoise.scenarios.overrides import apply_overrides
+from equipoise.scenarios.read import parse_scenario, resolved_text
 from equipoise.scenarios.schema import Scenario
 
 __all__ = [

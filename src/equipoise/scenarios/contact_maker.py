@@ -49,15 +49,7 @@ class ContactMaker:
             sole = self.robot.sole(spec.sole)
         except NameNotFoundError as error:
             raise at_path(error, f"contacts.{name}.sole") from None
-        frame_id = self.robot.frame_id(sole.frame)
-        return SoleContact(
-            name=name,
-            supporting=True,
-            sole=sole,
-            friction=spec.friction,
-            frame_id=frame_id,
-            T_world_anchor=self.start.placement(frame_id),
-        )
+        return SoleContact.standing(sole, self.start, name=name, friction=spec.friction)
 
     def _grasp(self, name: str, spec: schema.GraspContactSpec) -> GraspContact:
         path = f"contacts.{name}"

@@ -1,4 +1,4 @@
-"""Reading scenario text: YAML 1.2 without duplicate keys, overrides, errors with line and path."""
+"""Reading scenario text: what it extends, its overrides, errors with line and path."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from equipoise.errors import NameNotFoundError, ScenarioError
+from equipoise.scenarios.overrides import apply_overrides
 from equipoise.scenarios.schema import Scenario
-
-_SIZE_MAX = 1_000_000
+from equipoise.scenarios.yaml_tree import load_tree, plain_tree
 
 
 def parse_scenario(
@@ -31,15 +30,15 @@ def parse_scenario(
     `for_robot` of that name is written over it, then everything is refitted.
     Raises: `ScenarioError` naming the line or path, what was given and what is known.
     """
-    tree = _load(text, source)
-    plain = _plain(tree)
+    tree = load_tree(text, source)
+    plain = plain_tree(tree)
     base = plain.pop("extends", None)
     if base is not None:
         if text_of is None or not isinstance(base, str):
             raise ScenarioError(
                 "only a scenario read by name or file can extend another", path="extends"
             )
-        plain = _merged(_plain(_load(text_of(base), base)), plain)
+        plain = _merged(plain_tree(load_tree(text_of(base), base)), plain)
     exceptions = plain.pop("for_robot", {})
     if robot is not None and robot != plain.get("robot", Scenario.model_fields["robot"].default):
         from equipoise.scenarios.refit import refit
@@ -78,22 +77,6 @@ def resolved_text(scenario: Scenario) -> str:
     return stream.getvalue()
 
 
-def apply_overrides(tree: dict[str, Any], overrides: Sequence[str]) -> None:
-    """Write each `a.b.c=value` into the nested mappings of `tree`; list items go by number.
-
-    Raises: `ScenarioError` if a step of a path does not lead on.
-    """
-    for override in overrides:
-        path, separator, value = override.partition("=")
-        if not separator or not path.strip():
-            raise ScenarioError(
-                "an override has the form path=value",
-                given=override,
-                remedy="For example --set control.gains.alpha=10",
-            )
-        _write(tree, path.strip(), _value(value, path))
-
-
 def _merged(base: Any, changes: Any) -> Any:
     """Return `base` with `changes` written over it, mapping by mapping."""
     if not (isinstance(base, dict) and isinstance(changes, dict)):
@@ -102,71 +85,6 @@ def _merged(base: Any, changes: Any) -> Any:
     for key, value in changes.items():
         merged[key] = _merged(base.get(key), value)
     return merged
-
-
-def _load(text: str, source: str) -> Any:
-    if len(text) > _SIZE_MAX:
-        raise ScenarioError(f"{source or 'the scenario'} is longer than {_SIZE_MAX} characters")
-    try:
-        tree = YAML(typ="rt", pure=True).load(text)
-    except YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        problem = getattr(error, "problem", None) or str(error)
-        line = mark.line + 1 if mark is not None else None
-        raise ScenarioError(f"not valid YAML: {problem}", path=source, line=line) from None
-    if not isinstance(tree, dict):
-        raise ScenarioError("a scenario is a mapping of keys to values", path=source)
-    return tree
-
-
-def _plain(node: Any) -> Any:
-    """Return ruamel's tree as plain dicts, lists, str, int, float, bool."""
-    if isinstance(node, dict):
-        return {str(key): _plain(value) for key, value in node.items()}
-    if isinstance(node, list):
-        return [_plain(value) for value in node]
-    if isinstance(node, bool) or node is None:
-        return node
-    for kind in (int, float, str):
-        if isinstance(node, kind):
-            return kind(node)
-    return str(node)
-
-
-def _value(text: str, path: str) -> Any:
-    try:
-        return _plain(YAML(typ="rt", pure=True).load(text))
-    except YAMLError:
-        raise ScenarioError("the value is not valid YAML", path=path, given=text) from None
-
-
-def _write(tree: Any, path: str, value: Any) -> None:
-    *parents, last = path.split(".")
-    node = tree
-    for i, step in enumerate(parents):
-        node = _descend(node, step, ".".join(parents[: i + 1]))
-    if isinstance(node, list):
-        node[_index(node, last, path)] = value
-    elif isinstance(node, dict):
-        node[last] = value
-    else:
-        raise ScenarioError("the path leads into a plain value", path=path)
-
-
-def _descend(node: Any, step: str, path: str) -> Any:
-    if isinstance(node, list):
-        return node[_index(node, step, path)]
-    if isinstance(node, dict):
-        return node.setdefault(step, {})
-    raise ScenarioError("the path leads into a plain value", path=path)
-
-
-def _index(items: list[Any], step: str, path: str) -> int:
-    if not step.isdigit() or int(step) >= len(items):
-        raise ScenarioError(
-            "no such item of the list", path=path, given=step, remedy=f"It has {len(items)} items"
-        )
-    return int(step)
 
 
 def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:

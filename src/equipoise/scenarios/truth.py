@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
+from equipoise.errors import NameNotFoundError, ScenarioError
 from equipoise.physics import Slider
 from equipoise.robots import Robot
 from equipoise.scenarios import schema
 from equipoise.scenarios.places import Places, check_object
-from equipoise.scenarios.wording import frame_of
+from equipoise.scenarios.wording import at_path, frame_of
 
 
 def true_robot(scenario: schema.Scenario, places: Places) -> Robot:
@@ -41,13 +42,39 @@ def true_robot(scenario: schema.Scenario, places: Places) -> Robot:
 def _with_scaled_links(robot: Robot, links: Mapping[str, schema.LinkScaleSpec]) -> Robot:
     model = robot.model.copy()
     for name, spec in links.items():
-        frame_id = frame_of(robot, name, f"disturbances.links.{name}")
-        joint = model.frames[frame_id].parentJoint
+        joint = _moving(robot, name)
         inertia = model.inertias[joint]
         model.inertias[joint] = pin.Inertia(
             spec.mass * inertia.mass, inertia.lever, spec.inertia * inertia.inertia
         )
     return replace(robot, model=model) if links else robot
+
+
+def _moving(robot: Robot, name: str) -> int:
+    """Return the joint that a link moves with, or that is called so itself.
+
+    Raises: `ScenarioError` for what is fixed to a link: it would be the whole link that is scaled.
+    """
+    path = f"disturbances.links.{name}"
+    frames = robot.model.frames
+    frame = frames[frame_of(robot, name, path)]
+    moved = {
+        link.parentJoint: link.name
+        for link in frames
+        if link.type == pin.FrameType.BODY and frames[link.parentFrame].type == pin.FrameType.JOINT
+    }
+    if frame.type == pin.FrameType.JOINT or name == moved.get(frame.parentJoint):
+        return frame.parentJoint
+    if frame.parentJoint not in moved:  # the world
+        error = NameNotFoundError(f"link on robot {robot.name}:", name, moved.values())
+        raise at_path(error, path)
+    link = moved[frame.parentJoint]
+    raise ScenarioError(
+        f"{name!r} is fixed to the link {link!r}, which carries its mass",
+        path=path,
+        known=sorted(moved.values()),
+        remedy=f"Name {link!r}: all that is fixed to it is scaled together",
+    )
 
 
 def true_sliders(scenario: schema.Scenario) -> list[Slider]:

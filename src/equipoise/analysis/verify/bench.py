@@ -75,22 +75,10 @@ def standing_contacts(robot: Robot, *, grasp: bool, q: Array | None = None) -> C
     """Return the soles, and the palms on an object between them, as they are at `q` (nq,)."""
     q_there = robot.q_half_sitting if q is None else q
     kin = KinematicsEvaluator(robot).at(q_there, np.zeros(robot.nv))
-    contacts: list[Contact] = [
-        SoleContact(
-            name=sole.name,
-            supporting=True,
-            sole=sole,
-            frame_id=robot.frame_id(sole.frame),
-            T_world_anchor=kin.placement(robot.frame_id(sole.frame)),
-        )
-        for sole in robot.soles
-    ]
+    contacts: list[Contact] = [SoleContact.standing(sole, kin) for sole in robot.soles]
     if grasp:
-        a, b = (robot.frame_id(palm.frame) for palm in robot.palms)
-        T_a_b = kin.placement(a).actInv(kin.placement(b))
-        contacts.append(
-            GraspContact(name="grasp", regulated=("fz",), frame_a=a, frame_b=b, T_a_b=T_a_b)
-        )
+        palms = (palm.frame for palm in robot.palms)
+        contacts.append(GraspContact.holding("grasp", kin, *palms, regulated=("fz",)))
     return ContactStack(contacts)
 
 

@@ -1,24 +1,21 @@
 """PlaCo's kinematics solver on the task that `bench.apart` wrote; runs in PlaCo's own Python.
 
-Imports nothing of Equipoise. Reads "first count" a line, answers with the times of those ticks.
+Imports nothing of Equipoise.
 """
 
-import json
-import sys
 from importlib.metadata import version
-from pathlib import Path
 from time import perf_counter_ns
 
 import numpy as np
 import placo
+from turns import serve
 
 
 class Tick:
     """Frame tasks of hands and feet (feet hard), a light posture, joint and velocity limits."""
 
-    def __init__(self, place):
-        task = json.loads((place / "task.json").read_text())
-        self.targets = dict(np.load(place / "targets.npz"))
+    def __init__(self, task, targets):
+        self.targets = targets
         self.robot = placo.RobotWrapper(task["urdf"], placo.Flags.ignore_collisions)
         for joint, limit in zip(task["joints"], task["velocity_max"], strict=True):
             self.robot.set_velocity_limit(joint, limit)
@@ -70,19 +67,5 @@ def _pose(q):
     return T
 
 
-def main():
-    tick = Tick(Path(sys.argv[1]))
-    print(json.dumps({"about": f"placo {version('placo')}, feet hard"}), flush=True)
-    for line in sys.stdin:
-        first, count = map(int, line.split())
-        done = [tick.run(k) for k in range(first, first + count)]
-        answer = {
-            "ns": [ns for ns, _ in done],
-            "failures": sum(failed for _, failed in done),
-            "error": tick.error(first + count - 1),
-        }
-        print(json.dumps(answer), flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    serve(Tick, f"placo {version('placo')}, feet hard")

@@ -1,17 +1,15 @@
 """TSID's inverse dynamics on the task that `bench.apart` wrote; runs in TSID's own Python.
 
-Imports nothing of Equipoise. Reads "first count" a line, answers with the times of those ticks.
+Imports nothing of Equipoise.
 """
 
-import json
-import sys
 from importlib.metadata import version
-from pathlib import Path
 from time import perf_counter_ns
 
 import numpy as np
 import pinocchio as pin
 import tsid
+from turns import serve
 
 FRICTION, FORCE_MIN, FORCE_MAX = 0.8, 0.0, 2000.0
 GAIN = 100.0  # [1/s^2] of hands, feet and posture; damping is critical
@@ -20,9 +18,8 @@ GAIN = 100.0  # [1/s^2] of hands, feet and posture; damping is critical
 class Tick:
     """Rigid feet, hands, centre of mass, a light posture, velocity bounds; torques come out."""
 
-    def __init__(self, place):
-        task = json.loads((place / "task.json").read_text())
-        self.targets = dict(np.load(place / "targets.npz"))
+    def __init__(self, task, targets):
+        self.targets = targets
         self.dt = task["dt"]
         self.robot = tsid.RobotWrapper(task["urdf"], [], pin.JointModelFreeFlyer(), False)
         self.q, self.v = self._order(task, "q_start"), np.zeros(self.robot.nv)
@@ -118,19 +115,5 @@ class Tick:
         )
 
 
-def main():
-    tick = Tick(Path(sys.argv[1]))
-    print(json.dumps({"about": f"tsid {version('tsid')}, one level of motion"}), flush=True)
-    for line in sys.stdin:
-        first, count = map(int, line.split())
-        done = [tick.run(k) for k in range(first, first + count)]
-        answer = {
-            "ns": [ns for ns, _ in done],
-            "failures": sum(failed for _, failed in done),
-            "error": tick.error(first + count - 1),
-        }
-        print(json.dumps(answer), flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    serve(Tick, f"tsid {version('tsid')}, one level of motion")

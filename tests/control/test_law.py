@@ -8,12 +8,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise.contacts import ContactStack
+from equipoise.contacts import ContactStack, PointContact
 from equipoise.control import (
     ControlGains,
     ControlStatus,
+    Distribution,
+    DistributionStatus,
     Measurement,
     PassivityController,
+    ReactionBounds,
     SignFunction,
     Target,
     advise_gains,
@@ -50,10 +53,12 @@ def run_ticks(controller, robot, rng, q, count=5):
     return command, measured
 
 
-def test_no_motor_is_asked_to_drive_the_base(hrp2, rng):
+@pytest.mark.parametrize("bounds", [None, ReactionBounds()])
+def test_no_motor_is_asked_to_drive_the_base(hrp2, rng, bounds):
     """u - J_r^T F has no base rows, and its joint rows are the torque."""
     q, _ = random_state(hrp2, rng, 0.1)
     controller = controller_at(hrp2, q)
+    controller = PassivityController(hrp2, controller.contacts, controller.gains, DT, bounds=bounds)
     command, measured = run_ticks(controller, hrp2, rng, q)
     J_r = controller.contacts.jacobian(kinematics(hrp2, measured.q))[:12]
     applied = command.u - J_r.T @ command.base_reaction
@@ -200,3 +205,33 @@ def test_the_exponential_promise(hrp2, alpha, beta_p):
         measured = Measurement(state.q, state.v, state.lam)
         state = engine.step(controller.step(t, measured, Target(q_ref, still, np.zeros(0))).tau)
     assert worst < 0.02 * 0.2
+
+
+def test_who_shares_out_the_base_wrench_changes_nothing_else(hrp2, rng):
+    """Given the law's own reaction from outside, torque and memory are the same, clamped or not."""
+    q, _ = random_state(hrp2, rng, 0.1)
+    alone = controller_at(hrp2, q)
+    told = PassivityController(hrp2, alone.contacts, alone.gains, DT, bounds=ReactionBounds())
+    for k in range(20):
+        measured, target = random_tick(hrp2, rng, q)
+        own = alone.step(k * DT, measured, target)
+        told._distribute = lambda *_, F=own.base_reaction: Distribution(
+            F, F, 0.0, DistributionStatus.POSSIBLE, ()
+        )
+        other = told.step(k * DT, measured, target)
+        assert other.status is own.status
+        for one, two in zip(own, other, strict=True):
+            assert np.array_equal(one, two) or one is two
+        assert np.array_equal(alone.posture.memory, told.posture.memory)
+        assert np.array_equal(alone.force.memory, told.force.memory)
+    assert own.status is ControlStatus.SATURATED
+
+
+def test_only_soles_share_out_within_bounds(hrp2, rng):
+    q, _ = random_state(hrp2, rng, 0.1)
+    sole, other = sole_contacts(hrp2, q)
+    point = PointContact("heel", True, frame_id=other.frame_id, p_world=np.zeros(3))
+    with pytest.raises(InputError, match="only soles"):
+        PassivityController(
+            hrp2, ContactStack([sole, point]), ControlGains(K_d=1.0), DT, bounds=ReactionBounds()
+        )

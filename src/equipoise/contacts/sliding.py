@@ -72,6 +72,7 @@ class SlidingContact(RowsContact):
         """Write the row at `at`; its drift only if asked for. Raises: `VanishingGradientError`."""
         place, surface = self.place(kin.t), self.surface
         x = self._seen(kin, place)
+        steepness, gradient = surface.steepness(x), np.array(surface.gradient(x), dtype=float)
         live = kin.live_with_drift if drift else kin.live
         joint = live.joint_of[self.frame_id]
         sliding_row(
@@ -80,9 +81,9 @@ class SlidingContact(RowsContact):
             live.frames[self.frame_id],
             self._offset,
             place,
-            surface.value(x),
-            surface.steepness(x),
-            np.array(surface.gradient(x), dtype=float),
+            float(surface.value(x)),
+            steepness,
+            gradient,
             rows.J,
             rows.rate,
             rows.residual,
@@ -96,8 +97,8 @@ class SlidingContact(RowsContact):
                 live.frames[self.frame_id],
                 self._offset,
                 place,
-                surface.steepness(x),
-                np.array(surface.gradient(x), dtype=float),
+                steepness,
+                gradient,
                 np.array(surface.hessian(x), dtype=float),
                 rows.drift,
                 at,

@@ -18,11 +18,15 @@ from equipoise.contacts.stack import RANK_TOLERANCE
 from equipoise.control.gains import ControlGains
 from equipoise.control.law_kernels import (
     HELD,
+    REACTED,
     RUN,
     SATURATED,
+    WANTED,
+    WHOLE,
     law_tick,
 )
 from equipoise.control.manifolds import ForceManifold, PostureManifold
+from equipoise.control.reaction_qp import Distribution, ReactionBounds
 from equipoise.control.support import Support
 from equipoise.errors import InputError, NonFiniteError, ShapeError
 from equipoise.kinematics import KinematicsEvaluator
@@ -82,7 +86,8 @@ class PassivityController:
     Source: eqs. (21), (24). Differs from the print: `- ds_dF/dt` instead of `+` (only then does
     (26) follow); the rows of J_phi whose force is not regulated have zero force error; the six
     base rows of the torque go to the supporting contacts (`least_reaction`); integrals
-    stop while a torque is clamped. With `damp_violation` s also holds `(I - Q_phi) dv`.
+    stop while a torque is clamped. With `damp_violation` s also holds `(I - Q_phi) dv`. With
+    `bounds` the base wrench is shared out by a `BoundedDistribution`; `distribution` is the last.
     """
 
     def __init__(
@@ -91,6 +96,8 @@ class PassivityController:
         contacts: ContactStack,
         gains: ControlGains,
         dt: float,
+        *,
+        bounds: ReactionBounds | None = None,
     ) -> None:
         if not contacts.supporting_rows.size:
             raise InputError(
@@ -99,6 +106,7 @@ class PassivityController:
                 remedy="Mark at least one contact (a sole) as supporting",
             )
         self.robot, self.contacts, self.gains, self.dt = robot, contacts, gains, dt
+        self.bounds = bounds
         self.K_d = gains.damping_matrix(robot.nv)
         self._tau_max = robot.tau_max.copy()  # arrays that may be written reach kernels faster
         self._evaluator = KinematicsEvaluator(robot)
@@ -111,6 +119,7 @@ class PassivityController:
         self._rows = ContactRows.of_size(contacts.size, self.robot.nv)
         self._factor = Factor(contacts.size, self.robot.nv)
         self._support = Support(contacts)
+        self._distribute = self._support.bounded(self.bounds) if self.bounds else None
         self._plain = _Inputs(self.robot, contacts)
 
     def reset(self) -> None:
@@ -125,6 +134,7 @@ class PassivityController:
             bound=gains.integral_max,
         )
         self.force = self._new_force_manifold()
+        self.distribution: Distribution | None = None
         self.base_reaction = np.zeros(self.contacts.supporting_rows.size)
         self.tau = np.zeros(self.robot.na)
         self.u = np.zeros(nv)
@@ -190,7 +200,14 @@ class PassivityController:
             self.force.start(t)
         if self._switching:
             self._handover_t0, self._handing_over = t, True
-        code = self._law(t, measured, target, s, u, base_reaction, tau)
+        outcome = s, u, base_reaction, tau
+        if self._distribute is None:
+            code = self._law(t, measured, target, *outcome, WHOLE)
+        else:
+            code = self._law(t, measured, target, *outcome, WANTED)
+            if code != HELD:
+                base_reaction[:] = self._bounded(u, measured.lam)
+                code = self._law(t, measured, target, *outcome, REACTED)
         if code == HELD:
             return self._held()
         self._started, self._switching = True, False
@@ -206,8 +223,9 @@ class PassivityController:
         u: Array,
         base_reaction: Array,
         tau: Array,
+        part: int,
     ) -> int:
-        """Write the arrays of a command; return how it went."""
+        """Write the arrays of a command, or a part of them; return how it went."""
         gains, posture, force, factor = self.gains, self.posture, self.force, self._factor
         contacts, support = self.contacts, self._support
         code, factor.rank = law_tick(
@@ -259,8 +277,18 @@ class PassivityController:
             gains.damp_violation,
             RANK_TOLERANCE,
             self.dt,
+            part,
+            factor.rank,
         )
         return code
+
+    def _bounded(self, u: Array, lam: Array) -> Array:
+        """Return the reaction (k,) within the bounds that carries the base rows of `u`."""
+        rows = self.contacts.supporting_rows
+        lam_0 = lam[rows] - self.base_reaction
+        with np.errstate(all="ignore"):
+            self.distribution = self._distribute(u[:6], self._rows.J[rows, :6], lam_0)
+        return self.distribution.F
 
     def _share_of_handover(self, t: float) -> float:
         """Return what is left of the last switch's difference at time `t` [s]."""

@@ -28,6 +28,7 @@ from equipoise.scratch import scratch
 from equipoise.spatial_kernels import crossed, turned, turned_back
 
 RUN, SATURATED, HELD = range(3)  # how a tick went
+WHOLE, WANTED, REACTED = range(3)  # parts of a tick, see `law_tick`
 
 
 @compiled
@@ -249,29 +250,37 @@ def law_tick(
     damp_violation: bool,
     tolerance: float,
     dt: float,
+    part: int,
+    rank: int,
 ) -> tuple[int, int]:
     """Write s, u [nv], the reaction [k] and tau [na]; return how the tick went and the rank of J.
 
     When `switching`, `handover` [nv] becomes what u would jump by; a `share` of it is added to u.
-    One call for all: calling a kernel from Python costs about as much as half of these.
+    One call for all: calling a kernel from Python costs about as much as half of these. Only where
+    somebody else shares out the base wrench there are two: WANTED stops at u, REACTED goes on with
+    the reaction that was found, and the `rank`.
     """
-    if not (is_finite(lam) and is_finite(q_ref) and is_finite(v_ref) and is_finite(lam_ref)):
-        return HELD, 0
-    rank = law_force(
-        q, v, q_ref, v_ref, dq, lam_ref, J, L, reflectors, pivots, regulated, K_d, posture, force,
-        s, u, starting, age, alpha, beta_p, k_ip, age_F, beta_F, k_iF, beta, mu, eta, tolerance,
-        damp_violation,
-    )  # fmt: skip
-    for i in range(u.shape[0]):
-        if switching:
-            handover[i] = u_before[i] - u[i]
-        u[i] += share * handover[i]
-    count = supporting.shape[0]
-    costs, without = scratch(count), scratch(count)
-    reaction_costs(lam, normal_rows, ends, terms, costs)
-    for i in range(count):
-        without[i] = lam[supporting[i]] - reaction_before[i]
-    least_reaction(J, supporting, u, costs, without, reaction)
+    if part != REACTED:
+        if not (is_finite(lam) and is_finite(q_ref) and is_finite(v_ref) and is_finite(lam_ref)):
+            return HELD, 0
+        rank = law_force(
+            q, v, q_ref, v_ref, dq, lam_ref, J, L, reflectors, pivots, regulated, K_d, posture,
+            force, s, u, starting, age, alpha, beta_p, k_ip, age_F, beta_F, k_iF, beta, mu, eta,
+            tolerance, damp_violation,
+        )  # fmt: skip
+        for i in range(u.shape[0]):
+            if switching:
+                handover[i] = u_before[i] - u[i]
+            u[i] += share * handover[i]
+    if part == WANTED:
+        return RUN if is_finite(u) else HELD, rank
+    if part == WHOLE:
+        count = supporting.shape[0]
+        costs, without = scratch(count), scratch(count)
+        reaction_costs(lam, normal_rows, ends, terms, costs)
+        for i in range(count):
+            without[i] = lam[supporting[i]] - reaction_before[i]
+        least_reaction(J, supporting, u, costs, without, reaction)
     how = law_torque(
         J, reflectors, rank, supporting, regulated, u, reaction, lam, lam_ref, tau_max, posture,
         force, tau, dt, bound, kind, layer, kind_F, layer_F,

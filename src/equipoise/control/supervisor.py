@@ -13,7 +13,6 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.compilation import entrance
-from equipoise.contacts import SoleContact
 from equipoise.control.law import (
     Command,
     ControlStatus,
@@ -22,8 +21,6 @@ from equipoise.control.law import (
     Target,
 )
 from equipoise.control.reaction_observer import ReactionObserver
-from equipoise.control.reaction_qp import BoundedDistribution, Distribution, ReactionBounds
-from equipoise.kinematics import KinematicsEvaluator
 from equipoise.kinematics_kernels import is_finite
 from equipoise.spatial import Array
 
@@ -78,9 +75,7 @@ class Supervisor:
     `changes` is the story: every change of the mode with its cause.
 
     `filter_time` [s] is that of the `ReactionObserver` through which the law sees its supporting
-    reaction. With `bounds` the base wrench is shared out by a `BoundedDistribution` instead of
-    the law's own least costly one; `distribution` is the last, and `notes` says once for each sole
-    what it was about to do.
+    reaction. Where the law has bounds, `notes` says once for each sole what it was about to do.
     """
 
     def __init__(
@@ -89,22 +84,17 @@ class Supervisor:
         limits: SupervisorLimits | None = None,
         *,
         filter_time: float = 0.0,
-        bounds: ReactionBounds | None = None,
     ) -> None:
         self.controller = controller
         self.limits = limits or SupervisorLimits()
         self.observer = ReactionObserver(filter_time, controller.dt)
-        self.bounds = bounds
-        self.distribution: Distribution | None = None
         self.notes: dict[str, float] = {}
-        self._evaluator = KinematicsEvaluator(controller.robot)
         self.mode = Mode.RUN
         self.changes: list[ModeChange] = []
         self._last: Measurement | None = None
         self._lost_since: float | None = None
         self._safe_since = 0.0
         self._contacts = controller.contacts
-        self._distributor: BoundedDistribution | None = None
 
     def step(self, t: float, measured: Measurement, target: Target) -> Command:
         """Return the command at time `t` [s].
@@ -138,46 +128,27 @@ class Supervisor:
         return command
 
     def _command(self, t: float, measured: Measurement, target: Target) -> Command:
-        """Return the law's command, its reaction observed and, if bounds are given, bounded."""
+        """Return the law's command, its reaction observed."""
         controller = self.controller
         rows = controller.contacts.supporting_rows
-        if self.observer.gain == 1.0 and self.bounds is None:  # it shows what is measured
-            return controller.step(t, measured, target)
+        if self.observer.gain == 1.0:  # it shows what is measured
+            command = controller.step(t, measured, target)
+            self._note(t)
+            return command
         F_before = controller.base_reaction
         lam_0 = self.observer.update(measured.lam[rows], F_before)
         lam = measured.lam.copy()
         lam[rows] = lam_0 + F_before  # the law takes its own part off again
         command = controller.step(t, measured._replace(lam=lam), target)
-        if self.bounds is None or command.status is ControlStatus.HELD:
-            return command
-        with np.errstate(all="ignore"):
-            return self._bounded(t, measured, lam_0, command)
+        self._note(t)
+        return command
 
-    def _bounded(self, t: float, measured: Measurement, lam_0: Array, command: Command) -> Command:
-        """Return the command with its base wrench shared out anew."""
-        controller, robot = self.controller, self.controller.robot
-        soles = [c for c in controller.contacts.contacts if c.supporting]
-        distribute = self._distribute(soles)
-        kin = self._evaluator.at(measured.q, measured.v, t)
-        J = np.vstack([sole.jacobian(kin) for sole in soles])
-        found = distribute(command.u[:6], J[:, :6], lam_0)
-        self.distribution = found
-        for warning in found.warnings if t >= _LANDED else ():
-            self.notes.setdefault(warning, t)
-        wanted = (command.u - J.T @ found.F)[6:]
-        if not np.isfinite(wanted).all():
-            return command
-        tau = np.minimum(np.maximum(wanted, -robot.tau_max), robot.tau_max)
-        controller.base_reaction, controller.tau = found.F, tau
-        clamped = bool((tau != wanted).any())
-        status = ControlStatus.SATURATED if clamped else ControlStatus.RUN
-        return Command(tau, status, command.u, found.F, command.s)
-
-    def _distribute(self, soles: list) -> BoundedDistribution:
-        if self._distributor is None or self._distributor.soles != tuple(soles):
-            flat = [sole for sole in soles if isinstance(sole, SoleContact)]
-            self._distributor = BoundedDistribution(flat, self.bounds)
-        return self._distributor
+    def _note(self, t: float) -> None:
+        """Note what each sole is about to do, once, after the robot has landed."""
+        distribution = self.controller.distribution
+        if distribution is not None and t >= _LANDED:
+            for warning in distribution.warnings:
+                self.notes.setdefault(warning, t)
 
     def _completed(
         self, t: float, measured: Measurement, target: Target

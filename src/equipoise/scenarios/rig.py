@@ -12,7 +12,6 @@ from equipoise.control import (
     Measurement,
     Mode,
     PassivityController,
-    ReactionBounds,
     Supervisor,
     Target,
 )
@@ -66,7 +65,6 @@ class Rig:
         self.supervisor = Supervisor(
             controller,
             filter_time=control.reaction_filter,
-            bounds=ReactionBounds() if control.distribution == "bounded" else None,
         )
         self._command: Command | None = None
         self._rows: dict[ContactStack, Array] = {}

@@ -13,6 +13,7 @@ from equipoise.control import (
     Command,
     GainAdvice,
     PassivityController,
+    ReactionBounds,
     Target,
     advise_gains,
 )
@@ -64,6 +65,7 @@ class Simulation:
             self.places.schedule.at(0.0),
             to_control_gains(self.gains, self.advice),
             self.dt,
+            bounds=ReactionBounds() if scenario.control.distribution == "bounded" else None,
         )
         self.engine = make_engine(scenario, self.places, self.q_start)
         self.rig = Rig(scenario, self.robot, self.places.contacts, self.controller)

@@ -60,11 +60,9 @@ class Ordeal:
         gains = ControlGains(
             K_d=K_d, alpha=10.0, sgn_p=SignFunction("saturation", 0.2), damp_violation=True
         )
-        self.supervisor = Supervisor(
-            PassivityController(robot, stack, gains, DT),
-            filter_time=0.02,
-            bounds=ReactionBounds() if rng.random() < 0.5 else None,
-        )
+        bounds = ReactionBounds() if rng.random() < 0.5 else None
+        law = PassivityController(robot, stack, gains, DT, bounds=bounds)
+        self.supervisor = Supervisor(law, filter_time=0.02)
         seed = int(rng.integers(1 << 30))
         self.sensors = SensorSuite(robot, stack, self._models(), DT, seed)
         self.faults = FaultInjector(robot, self._faults(), DT, seed + 1)

@@ -41,7 +41,7 @@ class ApartPeer:
                 stdout=subprocess.PIPE,
                 stderr=self._errors,
                 text=True,
-                env=os.environ | {"PYTHONPATH": ""},
+                env=os.environ | {"PYTHONPATH": "", "PYTHONSAFEPATH": ""},
             )
         except OSError as error:
             self.close()

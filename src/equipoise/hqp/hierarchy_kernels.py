@@ -123,9 +123,9 @@ def prepare(p: Problem, b: Buffers) -> float:
             b.signs[ROLE, row] = FREE
             continue
         copy_row(projected, row, A, row)
-        norm = np.sqrt(dot(A, row, A, row, 0, n))
-        of_rows[NORM, row] = norm
-        b.numbers[SINGLE, row] = only_column(A, row)
+        place = only_column(A, row)
+        norm = abs(A[row, place]) if place >= 0 else np.sqrt(dot(A, row, A, row, 0, n))
+        b.numbers[SINGLE, row], of_rows[NORM, row] = place, norm
         beyond = max(p.lower[row], 0.0) + max(-p.upper[row], 0.0)
         if beyond > velocity * norm and norm > 0.0:
             velocity = beyond / norm
@@ -135,13 +135,12 @@ def prepare(p: Problem, b: Buffers) -> float:
 @inlined
 def only_column(A: np.ndarray, row: int) -> int:
     """Return the only column in which a row is not zero, -1 if there is not exactly one."""
-    place, count = -1, 0
+    place = -1
     for c in range(A.shape[1]):
         if A[row, c] != 0.0:
-            place = c
-            count += 1
-            if count > 1:
+            if place >= 0:
                 return -1
+            place = c
     return place
 
 

@@ -29,6 +29,10 @@ def project(b: Buffers, first: int, last: int, fixed: int) -> None:
         n - fixed
     ):
         project_at_once(b, first, last, fixed)
+    elif begin == deepest:  # all alike, as a rule: nothing to ask row by row
+        for j in range(begin, fixed):
+            for i in range(first, last):
+                reflect(projected, numbers[ORDER, i], reflectors, j, n)
     else:
         for j in range(begin, fixed):
             for i in range(first, last):

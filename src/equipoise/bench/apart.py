@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.bench.problem import FEET, HANDS, Problem
+from equipoise.bench.race import TURN
 from equipoise.errors import InputError
 
 WORKERS = Path(__file__).parent / "workers"
@@ -24,7 +25,7 @@ _DRAWN = ("visual", "collision", "transmission", "gazebo", "material")
 class ApartPeer:
     """A worker process that runs ticks when it is told to, and answers with their times."""
 
-    turn = 50
+    turn = TURN
 
     def __init__(self, problem: Problem, name: str, python: str, ticks: int) -> None:
         self.row = f"peer/{name}/{problem.name}"

@@ -12,7 +12,7 @@ import numpy as np
 from equipoise.bench.rows import Row
 
 WARM_UP = 20  # ticks that are run and not counted
-TURN = 10  # ticks in a row: a loop of its own meets caches as the tick before left them
+TURN = 50  # ticks in a row, so that a loop of its own meets caches as the tick before left them
 Progress = Callable[[str, float], None]
 
 

@@ -88,6 +88,6 @@ class ActiveSet:
 
 def _plain(array: np.ndarray) -> np.ndarray:
     """Return the array in the one layout that the kernels are compiled for."""
-    if array.flags.carray and array.dtype is _FLOAT:
+    if array.flags.carray and array.dtype == _FLOAT:
         return array
     return np.array(array, dtype=np.float64, order="C")

@@ -210,19 +210,23 @@ def remember(p: Problem, b: Buffers, level: Level) -> None:
 def settle(p: Problem, b: Buffers, level: Level, working: Working, ended: bool) -> int:
     """Fix what the optimum fixes and keep the other rows as hard ones; return the reflectors."""
     signs, order, of_rows, columns = b.signs, b.numbers, b.of_rows, b.of_columns
-    loose = False
+    loose, broken = False, False
     for j in range(working.hard):
         weighs = abs(columns[MULTIPLIER, j]) > columns[NOISE, j]
         if ended and not working.met and weighs:
             signs[ROLE, order[ORDER, j]] = FIXED
         else:
             loose = True
+    hard_loose = loose
     for i in range(working.hard, working.last):
         row = order[ORDER, i]
         margin = ZERO_TOLERANCE * of_rows[NORM, row] * level.size
         violated = not working.met and abs(of_rows[VIOLATION, i]) > margin
-        if signs[SIDE, row] == EQUALITY or violated:
+        if signs[SIDE, row] == EQUALITY:
             signs[ROLE, row] = FIXED
+        elif violated:
+            signs[ROLE, row] = FIXED
+            broken = True
         else:
             loose = True
     for row in range(level.start, level.end):
@@ -230,6 +234,8 @@ def settle(p: Problem, b: Buffers, level: Level, working: Working, ended: bool) 
             signs[ROLE, row] = HARD
     if not loose:
         return level.fixed + working.hard + working.rank
+    if not (hard_loose or broken):  # only equalities stay, and they were eliminated first
+        return level.fixed + working.hard + working.equal_rank
     return fix_again(p, b, level.fixed, working.last)
 
 
@@ -243,7 +249,7 @@ def fix_again(p: Problem, b: Buffers, fixed: int, last: int) -> int:
             order[ORDER, count] = row
             count += 1
     take_rows(p, b, 0, count, fixed, 0)
-    return fixed + eliminate(b, fixed, 0, count)
+    return fixed + eliminate(b, fixed, 0, count, count)
 
 
 @compiled

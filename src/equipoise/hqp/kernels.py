@@ -70,12 +70,14 @@ class Level(NamedTuple):
 class Working(NamedTuple):
     """A solved working problem: `hard` rows, `last` rows in all, the `rank` of the soft ones.
 
-    `met`: no soft working row is violated.
+    `equal_rank`: that of the equalities among these, which come first. `met`: no soft working row
+    is violated.
     """
 
     hard: int
     last: int
     rank: int
+    equal_rank: int
     met: bool
 
 

@@ -12,6 +12,7 @@ from equipoise.compilation import compiled, inlined
 from equipoise.hqp.kernels import (
     DEPENDENT,
     DEPENDENT_ROW,
+    EQUALITY,
     FEASIBILITY,
     GOAL,
     HARD,
@@ -62,16 +63,19 @@ def solve_working(p: Problem, b: Buffers, level: Level) -> Working:
         reach_goal(b, level.fixed, hard)
         go(b, level.fixed, top, n)
         weigh_by_goal(b, level, hard)
-        return Working(hard, hard, n - top, False)
-    last = take_soft_rows(p, b, level, hard)
-    rank = eliminate(b, top, hard, last)
+        return Working(hard, hard, n - top, 0, False)
+    equal, last = take_soft_rows(p, b, level, hard)
+    equal_rank = eliminate(b, top, hard, equal, last)
+    rank = equal_rank
+    if equal < last:
+        rank += eliminate(b, top + equal_rank, hard + equal_rank, last, last)
     met = reach_soft_rows(b, top, hard, last, rank, level.size)
     if met:
         weigh_by_step(b, level, hard, rank)
     else:
         weigh_by_violation(b, level, hard, last)
     go(b, level.fixed, top + rank, top + rank)
-    return Working(hard, last, rank, met)
+    return Working(hard, last, rank, equal_rank, met)
 
 
 @compiled
@@ -115,7 +119,7 @@ def take_hard_rows(p: Problem, b: Buffers, level: Level) -> int:
     if last == 0:
         return 0
     take_rows(p, b, 0, last, level.fixed, 0)
-    rank = eliminate(b, level.fixed, 0, last)
+    rank = eliminate(b, level.fixed, 0, last, last)
     reach_in_turn(b, level.fixed, 0, rank)
     worst, most = -1, FEASIBILITY * level.size
     for i in range(rank, last):
@@ -133,30 +137,35 @@ def take_hard_rows(p: Problem, b: Buffers, level: Level) -> int:
 
 
 @inlined
-def take_soft_rows(p: Problem, b: Buffers, level: Level, hard: int) -> int:
-    """Append the soft working rows; return the number of working rows."""
+def take_soft_rows(p: Problem, b: Buffers, level: Level, hard: int) -> tuple[int, int]:
+    """Append the soft working rows, equalities first; return where these and where all end."""
     signs, order = b.signs, b.numbers
-    last = hard
+    equal = hard
     for row in range(level.start, level.end):
-        if signs[SIDE, row] != 0:
+        if signs[SIDE, row] == EQUALITY:
+            order[ORDER, equal] = row
+            equal += 1
+    last = equal
+    for row in range(level.start, level.end):
+        if signs[SIDE, row] != 0 and signs[SIDE, row] != EQUALITY:
             order[ORDER, last] = row
             last += 1
     take_rows(p, b, hard, last, level.fixed, hard)
-    return last
+    return equal, last
 
 
 @compiled
-def eliminate(b: Buffers, top: int, first: int, last: int) -> int:
-    """Eliminate working rows first..last from column `top` on, the largest first; return the rank.
+def eliminate(b: Buffers, top: int, first: int, until: int, last: int) -> int:
+    """Eliminate working rows first..until from column `top` on, the largest first; return the rank.
 
-    What is left of a dependent row is set to zero.
+    The rows up to `last` are reflected with them. What is left of a dependent row is set to zero.
     """
     factor, reflectors, of_rows, numbers = b.factor, b.reflectors, b.of_rows, b.numbers
     n, rank = factor.shape[1], 0
-    while first + rank < last and top + rank < n:
+    while first + rank < until and top + rank < n:
         place, k = first + rank, top + rank
         best, most = -1, 0.0
-        for i in range(place, last):
+        for i in range(place, until):
             if of_rows[LEFT, i] > most:
                 best, most = i, of_rows[LEFT, i]
         if best < 0:

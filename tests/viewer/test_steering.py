@@ -35,6 +35,7 @@ def test_without_wishes_nothing_changes(free: Run, tmp_path: Path) -> None:
     for name in free:
         assert np.array_equal(steered[name], free[name]), name
     assert outcome.changes == ()
+    assert 0.0 < outcome.first_wall < outcome.wall
     assert set(steered) - set(free) == {"push", "push_point", "gains"}
 
 

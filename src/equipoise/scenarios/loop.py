@@ -32,14 +32,17 @@ class Ending(Enum):
 class RunOutcome:
     """How a run ended, at which time [s], and how long it took.
 
-    `wall` [s] is the whole loop; `log_wall` [s] the part of it spent writing. `tick_us` are median
-    and 99th percentile [us] of motion and control, `physics_us` of the engine. `changes` says
-    what a person changed and which modes the supervisor chose; pauses do not count into `wall`.
+    `wall` [s] is the whole loop; `first_wall` [s] its first tick, in which kernels are loaded, or
+    compiled where that was never done; `log_wall` [s] the part of it spent writing. `tick_us` are
+    median and 99th percentile [us] of motion and control, `physics_us` of the engine. `changes`
+    says what a person changed and which modes the supervisor chose; pauses do not count into
+    `wall`.
     """
 
     ending: Ending
     t_end: float
     wall: float
+    first_wall: float
     log_wall: float
     tick_us: tuple[float, float]
     physics_us: tuple[float, float]
@@ -56,7 +59,7 @@ def run_simulation(
     """
     scenario = simulation.scenario
     ending, note = Ending.COMPLETED, ""
-    t, ticks, log_wall = 0.0, 0, 0.0
+    t, ticks, first_wall, log_wall = 0.0, 0, 0.0, 0.0
     gc.collect()
     gc.freeze()  # what is loaded by now stays: the collector need not look at it every tick
     began = perf_counter()
@@ -70,6 +73,8 @@ def run_simulation(
         try:
             for t, values in simulation.ticks():
                 writing = perf_counter()
+                if not ticks:
+                    first_wall = writing - began - _paused(simulation)
                 writer.write(t, values)
                 log_wall += perf_counter() - writing
                 ticks += 1
@@ -80,19 +85,24 @@ def run_simulation(
         except (KeyboardInterrupt, StopRequested):
             ending = Ending.INTERRUPTED
     gc.unfreeze()
-    helm = simulation.helm
-    wall = perf_counter() - began - (helm.steering.paused_s if helm is not None else 0.0)
+    wall = perf_counter() - began - _paused(simulation)
     spent = simulation.tick_ns[: max(ticks, 1)] / 1000.0
     return RunOutcome(
         ending,
         t + simulation.dt,
         wall,
+        first_wall,
         log_wall,
         _median_and_tail(spent[:, 0]),
         _median_and_tail(spent[:, 1]),
         note,
         simulation.story,
     )
+
+
+def _paused(simulation: Simulation) -> float:
+    """Return for how long [s] a person has let the run stand."""
+    return simulation.helm.steering.paused_s if simulation.helm is not None else 0.0
 
 
 def _median_and_tail(microseconds: np.ndarray) -> tuple[float, float]:

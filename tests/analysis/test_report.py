@@ -148,19 +148,25 @@ def test_the_floor_pushes_from_below_the_soles_edge_up() -> None:
     assert replay is not None
     times = np.frombuffer(base64.b64decode(blobs.texts[replay["times"]]), "<f4")
     lines = np.frombuffer(base64.b64decode(blobs.texts[replay["lines"]]), "<f4")
-    lines = lines.reshape(len(times), replay["segments"], 2, 3)
+    drawn = lines.reshape(len(times), replay["segments"], 2, 3)
     ticks = [int(np.argmin(np.abs(run.t - t))) for t in times]
-    for i, contact in enumerate(places.soles.contacts):
+    for contact, lines in zip(
+        places.soles.contacts, np.split(drawn, len(places.soles.contacts), axis=1), strict=True
+    ):
         lam, T, sole = run[f"lam/{contact.name}"][ticks], contact.T_world_anchor, contact.sole
         loaded = lam[:, 2] > 0.0
         assert loaded.any()
-        tails = np.array([T.actInv(tail.astype(float)) for tail in lines[loaded, i, 0]])
+        tails = np.array([T.actInv(tail.astype(float)) for tail in lines[loaded, 0, 0]])
         assert np.allclose(tails[:, 2], 0.0, atol=1e-6)
         assert np.allclose(tails[:, 0], -lam[loaded, 4] / lam[loaded, 2], atol=1e-6)
         assert ((tails[:, 1] > sole.y_max) | (tails[:, 1] < sole.y_min)).all()
-        ways = (lines[:, i, 1] - lines[:, i, 0]) @ T.rotation
+        ways = (lines[:, 0, 1] - lines[:, 0, 0]) @ T.rotation
         assert np.allclose(ways[loaded] / SOLE_SCALE, lam[loaded, :3], atol=1e-2)
-        assert (ways[~loaded] == 0.0).all()
+        assert (lines[~loaded] == 0.0).all()
+        for barb in (lines[loaded, 1], lines[loaded, 2]):
+            assert np.array_equal(barb[:, 0], lines[loaded, 0, 1])
+            back = barb[:, 1] - barb[:, 0]
+            assert (np.sum(back * (lines[loaded, 0, 0] - barb[:, 0]), axis=1) > 0.0).all()
 
 
 def test_a_run_that_was_killed_is_reported_as_far_as_it_goes(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from equipoise.world import Scene
 
 RATE = 25.0  # [Hz]
 MOST_FRAMES = 1500
+HEAD = 0.03  # [m]
 
 
 @dataclass
@@ -141,10 +142,19 @@ def _poses(
 
 
 def _force_lines(run: Run, k: int, places: Places, sides: dict[str, float]) -> list[Array]:
-    """Return a line (2, 3) [m] for each sole's force, without length where there is none."""
-    lines = []
+    """Return the lines (2, 3) [m] of each sole's arrow, without length where there is no force."""
+    lines: list[Array] = []
     for contact in places.soles.contacts:
         if isinstance(contact, SoleContact) and f"lam/{contact.name}" in run:
             arrow = sole_arrow(contact, run[f"lam/{contact.name}"][k], sides[contact.name])
-            lines.append(np.zeros((2, 3)) if arrow is None else arrow)
+            across = contact.T_world_anchor.rotation[:, 1]
+            lines += [np.zeros((2, 3))] * 3 if arrow is None else _with_head(arrow, across)
     return lines
+
+
+def _with_head(arrow: Array, across: Array) -> list[Array]:
+    """Return an arrow (2, 3) [m] as three lines: its shaft and two barbs, one on either side."""
+    tail, tip = arrow
+    back = min(HEAD, np.linalg.norm(tip - tail)) * (tail - tip) / np.linalg.norm(tip - tail)
+    aside = 0.4 * np.linalg.norm(back) * across
+    return [arrow, np.array([tip, tip + back + aside]), np.array([tip, tip + back - aside])]

@@ -43,5 +43,5 @@ def test_scratch_arrays_do_not_overlap(size: int) -> None:
 
 def test_a_kernel_that_allocates_does_not_compile() -> None:
     """Nobody would free what nobody counts."""
-    with pytest.raises(numba.core.errors.NumbaError, match="(?i)nrt|returning of array"):
+    with pytest.raises(numba.core.errors.NumbaError, match=r"(?i)nrt|returning of array"):
         numba.njit(**OPTIONS)(lambda n: np.empty(n).sum())(3)

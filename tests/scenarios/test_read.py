@@ -19,6 +19,7 @@ from equipoise.scenarios.overrides import NAMED
 from equipoise.scenarios.places import build_places
 from equipoise.scenarios.schema import Name, Scenario
 from equipoise.scenarios.truth import true_robot
+from equipoise.scenarios.wording import frame_of
 
 TEXT = named_scenarios()["tray"].read_text(encoding="utf-8")
 
@@ -241,9 +242,12 @@ def test_what_is_fixed_to_a_link_has_no_mass_to_scale(tray_places, name, carrier
         true_mass(tray_places, f"{{{known}: {{mass: 1.5}}}}")
 
 
-def test_the_world_has_no_mass_to_scale(tray_places):
-    with pytest.raises(ScenarioError, match="There is no link on robot hrp2: 'universe'"):
+def test_the_world_has_no_mass_to_scale_and_is_not_pushed(tray_places):
+    with pytest.raises(ScenarioError, match="frame 'universe' belongs to the world"):
         true_mass(tray_places, "{universe: {mass: 1.5}}")
+    with pytest.raises(ScenarioError, match="belongs to the world") as caught:
+        frame_of(tray_places.robot, "universe", "faults.pushes.0.frame")
+    assert caught.value.path == "faults.pushes.0.frame"
 
 
 def test_a_waypoint_inside_the_desk_is_refused_by_name():

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from equipoise.errors import NameNotFoundError, ScenarioError
+from equipoise.errors import ScenarioError
 from equipoise.physics import Slider
 from equipoise.robots import Robot
 from equipoise.scenarios import schema
 from equipoise.scenarios.places import Places, check_object
-from equipoise.scenarios.wording import at_path, frame_of
+from equipoise.scenarios.wording import frame_of
 
 
 def true_robot(scenario: schema.Scenario, places: Places) -> Robot:
@@ -65,9 +65,6 @@ def _moving(robot: Robot, name: str) -> int:
     }
     if frame.type == pin.FrameType.JOINT or name == moved.get(frame.parentJoint):
         return frame.parentJoint
-    if frame.parentJoint not in moved:  # the world
-        error = NameNotFoundError(f"link on robot {robot.name}:", name, moved.values())
-        raise at_path(error, path)
     link = moved[frame.parentJoint]
     raise ScenarioError(
         f"{name!r} is fixed to the link {link!r}, which carries its mass",

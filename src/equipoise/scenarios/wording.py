@@ -16,11 +16,21 @@ def to_pose(spec: schema.Pose) -> pin.SE3:
 
 
 def frame_of(robot: Robot, name: str, path: str) -> int:
-    """Return the id of a frame of the robot. Raises: `ScenarioError` with the path."""
+    """Return the id of a frame that moves with the robot.
+
+    Raises: `ScenarioError` with the path.
+    """
     try:
-        return robot.frame_id(name)
+        frame_id = robot.frame_id(name)
     except NameNotFoundError as error:
         raise at_path(error, path) from None
+    if robot.model.frames[frame_id].parentJoint == 0:
+        raise ScenarioError(
+            f"frame {name!r} belongs to the world, not to robot {robot.name}",
+            path=path,
+            remedy="Name a link or a frame that is fixed to one",
+        )
+    return frame_id
 
 
 def at_path(error: InputError, path: str) -> ScenarioError:

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 
 from equipoise.distances import DistanceEvaluator
+from equipoise.errors import NonFiniteError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.live_views import LayoutError, motion_rows, pose_rows
 from equipoise.world import Scene
@@ -75,3 +76,13 @@ def test_numbers_in_another_order_are_refused(hrp2):
     pin.forwardKinematics(model, state, hrp2.q_half_sitting, np.arange(1.0, hrp2.nv + 1.0))
     with pytest.raises(LayoutError, match="another order"):
         motion_rows([Swapped(motion) for motion in state.v])
+
+
+def test_a_state_that_is_refused_leaves_the_last_one_as_it_was(hrp2):
+    q, v = hrp2.q_half_sitting, np.zeros(hrp2.nv)
+    evaluator = KinematicsEvaluator(hrp2)
+    kin = evaluator.at(q, v)
+    for wrong in ((np.full(hrp2.nq, np.nan), v), (q + 0.1, np.full(hrp2.nv, np.inf))):
+        with pytest.raises(NonFiniteError):
+            evaluator.at(*wrong)
+        assert np.array_equal(kin.live.q, q)

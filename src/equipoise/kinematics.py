@@ -13,8 +13,8 @@ import pinocchio as pin
 
 from equipoise.errors import EquipoiseError, NonFiniteError, ShapeError
 from equipoise.kinematics_kernels import (
-    frame_jacobian,
-    motion_of,
+    frame_motion,
+    frame_rows,
     take_state,
 )
 from equipoise.live_views import motion_rows, pose_rows
@@ -170,7 +170,7 @@ class Kinematics:
             live = self.live
             carried = live.carries[live.joint_of[frame_id]]
             J = np.empty((6, self.robot.nv))
-            frame_jacobian(live.columns, carried, live.frames[frame_id], J)
+            frame_rows(live.columns, carried, live.frames[frame_id], J, 0)
             J.flags.writeable = False
             self._jacobians[frame_id] = J
         return J
@@ -191,7 +191,7 @@ class Kinematics:
         if motion is None:
             joint = live.joint_of[frame_id]
             motion = np.empty((2, 6))
-            motion_of(
+            frame_motion(
                 live.joints[joint],
                 live.velocities[joint],
                 live.accelerations[joint],

@@ -14,7 +14,7 @@ from equipoise.compilation import compiled, entrance, inlined
 from equipoise.spatial_kernels import crossed, turned
 
 
-@compiled
+@entrance
 def frame_rows(
     columns: np.ndarray, carried: np.ndarray, T: np.ndarray, A: np.ndarray, at: int
 ) -> None:
@@ -66,12 +66,6 @@ def joint_rows(A: np.ndarray, at: int, count: int) -> None:
         A[i, 6 + i - at] = 1.0
 
 
-@entrance
-def frame_jacobian(columns: np.ndarray, carried: np.ndarray, T: np.ndarray, J: np.ndarray) -> None:
-    """Write the rows J [6, nv] of a frame at T [12]."""
-    frame_rows(columns, carried, T, J, 0)
-
-
 @inlined
 def twist_of(
     joint: np.ndarray, velocity: np.ndarray, T: np.ndarray
@@ -87,7 +81,7 @@ def twist_of(
     return vx + cx, vy + cy, vz + cz, wx, wy, wz
 
 
-@compiled
+@entrance
 def frame_motion(
     joint: np.ndarray,
     velocity: np.ndarray,
@@ -113,18 +107,6 @@ def frame_motion(
 
 
 @entrance
-def motion_of(
-    joint: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    T: np.ndarray,
-    out: np.ndarray,
-) -> None:
-    """Write to `out` twist and drift [2, 6] of a frame, as `frame_motion` writes them."""
-    frame_motion(joint, velocity, acceleration, T, out)
-
-
-@entrance
 def is_finite(q: np.ndarray, v: np.ndarray) -> bool:
     """Tell whether no entry is NaN or infinite.
 
@@ -140,11 +122,9 @@ def is_finite(q: np.ndarray, v: np.ndarray) -> bool:
 
 @entrance
 def take_state(q: np.ndarray, v: np.ndarray, kept: np.ndarray) -> bool:
-    """Copy q [nq] to `kept`; tell whether q and v [nv] are finite, as `is_finite`."""
-    total = 0.0
+    """Copy q [nq] to `kept` if q and v [nv] are finite; tell whether they are."""
+    if not is_finite(q, v):
+        return False
     for i in range(q.shape[0]):
-        total += q[i]
         kept[i] = q[i]
-    for i in range(v.shape[0]):
-        total += v[i]
-    return abs(total) < np.inf
+    return True

@@ -8,7 +8,8 @@ from equipoise.control.adviser import (
 )
 from equipoise.control.base_wrench import distribute_base_wrench
 from equipoise.control.gains import ControlGains
-from equipoise.control.law import Command, ControlStatus, Measurement, PassivityController, Target
+from equipoise.control.inputs import Measurement, Target
+from equipoise.control.law import Command, ControlStatus, PassivityController
 from equipoise.control.manifolds import ForceManifold, PostureManifold
 from equipoise.control.profile import Profile
 from equipoise.control.reaction_observer import (

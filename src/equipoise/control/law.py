@@ -16,6 +16,7 @@ import pinocchio as pin
 from equipoise.contacts import ContactRows, ContactStack, Factor
 from equipoise.contacts.stack import RANK_TOLERANCE
 from equipoise.control.gains import ControlGains
+from equipoise.control.inputs import Inputs, Measurement, Target
 from equipoise.control.law_kernels import (
     HELD,
     REACTED,
@@ -32,22 +33,6 @@ from equipoise.errors import InputError, NonFiniteError, ShapeError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-
-
-class Measurement(NamedTuple):
-    """What sensors give: `q` (nq,), `v` (nv,), `lam` (r,) of the stacked contacts."""
-
-    q: Array
-    v: Array
-    lam: Array
-
-
-class Target(NamedTuple):
-    """What is wanted now: `q_ref` (nq,), `v_ref` (nv,), `lam_ref` (k,) of the regulated rows."""
-
-    q_ref: Array
-    v_ref: Array
-    lam_ref: Array
 
 
 class ControlStatus(Enum):
@@ -72,10 +57,6 @@ class Command(NamedTuple):
     s: Array
 
 
-_INPUTS = (
-    *("measured q", "measured v", "measured lam"),
-    *("target q_ref", "target v_ref", "target lam_ref"),
-)
 _STATUS = {RUN: ControlStatus.RUN, SATURATED: ControlStatus.SATURATED}
 
 
@@ -120,7 +101,7 @@ class PassivityController:
         self._factor = Factor(contacts.size, self.robot.nv)
         self._support = Support(contacts)
         self._distribute = self._support.bounded(self.bounds) if self.bounds else None
-        self._plain = _Inputs(self.robot, contacts)
+        self._plain = Inputs(self.robot, contacts)
 
     def reset(self) -> None:
         """Forget everything; the next `step` is the time t0 of the manifolds."""
@@ -299,23 +280,3 @@ class PassivityController:
     def _held(self) -> Command:
         nothing = np.zeros(self.robot.nv)
         return Command(self.tau, ControlStatus.HELD, nothing, self.base_reaction, nothing)
-
-
-class _Inputs:
-    """Measurement and target in the one memory layout that the kernels are compiled for."""
-
-    def __init__(self, robot: Robot, contacts: ContactStack) -> None:
-        nq, nv, k = robot.nq, robot.nv, contacts.regulated_rows.size
-        sizes = (nq, nv, contacts.size, nq, nv, k)
-        self._shapes = tuple((size,) for size in sizes)
-        self._memory = np.zeros(sum(sizes))
-        parts = np.split(self._memory, np.cumsum(sizes)[:-1])
-        self.measured, self.target = Measurement(*parts[:3]), Target(*parts[3:])
-
-    def take(self, measured: Measurement, target: Target) -> None:
-        """Copy both. Raises: `ShapeError`."""
-        given = (measured.q, measured.v, measured.lam, target.q_ref, target.v_ref, target.lam_ref)
-        for array, shape, name in zip(given, self._shapes, _INPUTS, strict=True):
-            if array.shape != shape:
-                raise ShapeError(name, array.shape, shape)
-        np.concatenate(given, out=self._memory)

@@ -13,13 +13,8 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.compilation import entrance
-from equipoise.control.law import (
-    Command,
-    ControlStatus,
-    Measurement,
-    PassivityController,
-    Target,
-)
+from equipoise.control.inputs import Measurement, Target
+from equipoise.control.law import Command, ControlStatus, PassivityController
 from equipoise.control.reaction_observer import ReactionObserver
 from equipoise.kinematics_kernels import is_finite
 from equipoise.spatial import Array

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
-from equipoise.compilation import compiled, entrance
+from equipoise.compilation import entrance
 from equipoise.errors import InputError
 from equipoise.scratch import scratch, scratch_matrix
 from equipoise.spatial import Array, pose_row
@@ -162,7 +162,7 @@ class AttachedTrajectory(CompiledTrajectory):
 
     def row(self, t: float) -> Array:
         """Return pose row and twist (18,) of the attached frame at time `t` [s]."""
-        attached_target(self.body.row(t), self.attached, self._row)
+        attached_row(self.body.row(t), self.attached, self._row)
         return self._row
 
 
@@ -242,12 +242,6 @@ def waypoint_row(
 
 
 @entrance
-def attached_target(body: np.ndarray, attached: np.ndarray, row: np.ndarray) -> None:
-    """Write pose row and twist [18] of a frame at `attached` [12] on a moving body."""
-    attached_row(body, attached, row)
-
-
-@compiled
 def attached_row(body: np.ndarray, attached: np.ndarray, row: np.ndarray) -> None:
     """Write pose row and twist [18] of a frame at `attached` [12] on a moving body."""
     compose(body, attached, row)

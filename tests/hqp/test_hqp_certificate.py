@@ -7,6 +7,7 @@ import pytest
 from hqp_problems import block, equalities, random_hierarchy
 
 from equipoise.hqp import Hierarchy, certificate, certify, make_solver
+from equipoise.hqp.solution import violation
 
 
 @pytest.fixture(params=range(4))
@@ -122,3 +123,15 @@ def test_a_flipped_sign_in_the_certificate_is_noticed(monkeypatch, part) -> None
     honest = getattr(certificate, part)
     monkeypatch.setattr(certificate, part, lambda *given: -honest(*given))
     assert not all(certify(h, v).holds(1e-9) for h, v in zip(solved, answers, strict=True))
+
+
+@pytest.mark.parametrize("size", [1e3, 1e6])
+def test_what_a_nearly_dependent_row_could_still_gain_is_in_the_excess(size: float) -> None:
+    """A row that the level above all but forbids can be met a little better, far away."""
+    above = equalities("above", np.array([[1.0, 0.0, 0.0]]), np.zeros(1))
+    own = equalities("own", np.array([[1.0, 1e-9, 0.0], [0.0, 0.0, 1.0]]), np.array([1.0, size]))
+    h = Hierarchy.stack([[above], [own]], 3)
+    here, better = np.array([0.0, 0.0, size]), np.array([0.0, 5.0 * size, size])
+    gain = np.subtract(*(np.linalg.norm(violation(h, v)[1:]) for v in (here, better)))
+    assert gain > 0.0
+    assert gain <= certify(h, here).levels[1].excess < 1e-3 * size

@@ -18,11 +18,11 @@ from time import perf_counter
 import numpy as np
 
 from equipoise.bench.problem import HANDS, make_problem
-from equipoise.bench.thrown import throw_hands
+from equipoise.bench.unreachable_targets import throw_hands
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator, MotionStep
 from equipoise.scenarios import read_scenario
-from equipoise.scenarios.simulation import Simulation
+from equipoise.simulation.simulation import Simulation
 
 TOLERANCE = 1e-6
 

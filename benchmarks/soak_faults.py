@@ -27,16 +27,10 @@ from equipoise.control import (
     advise_gains,
 )
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.physics import (
-    FaultInjector,
-    Faults,
-    PhysicsState,
-    SensorModel,
-    SensorModels,
-    SensorSuite,
-    Silence,
-)
+from equipoise.physics import PhysicsState
 from equipoise.robots import Robot, get_robot
+from equipoise.simulation.faults import FaultInjector, Faults
+from equipoise.simulation.sensors import SensorModel, SensorModels, SensorSuite, Silence
 
 DT, ROUND = 1e-3, 2000
 SQUEEZE = np.array([15.0])

@@ -11,7 +11,7 @@ import numpy as np
 
 from equipoise import get_robot
 from equipoise.contacts import ContactStack, SoleContact, SupportPolygon
-from equipoise.contacts.support import sole_corners
+from equipoise.contacts.support_polygon import sole_corners
 from equipoise.hqp import make_solver
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.motion import MotionGenerator, MotionStep

@@ -60,8 +60,8 @@ def main(dt: float = 0.005) -> tuple[float, float, float]:
     ]
     motion = MotionGenerator(robot, levels, make_solver("active_set"), dt, robot.q_half_sitting)
     steps = [motion.step(k * dt) for k in range(round(2.5 / dt))]
-    places = [KinematicsEvaluator(robot).at(s.q_ref, s.v_ref).placement(palm) for s in steps]
-    top = max(place.translation[2] for place in places)
+    setup = [KinematicsEvaluator(robot).at(s.q_ref, s.v_ref).placement(palm) for s in steps]
+    top = max(place.translation[2] for place in setup)
     print(
         f"ceiling {ceiling.height:.4f} m, target {there.translation[2]:.4f} m, came to {top:.4f} m"
     )

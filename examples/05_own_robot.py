@@ -34,7 +34,7 @@ tasks:
   com: {{kind: com_polygon, margin: 0.02, priority: 1}}
   limits: {{kind: joint_limits, priority: 1}}
   torso:
-    {{kind: frame_way, frame: torso, priority: 2, waypoints: [{{t: 0.1, xyz: [0.0, 0.0, 0.5]}},
+    {{kind: frame_path, frame: torso, priority: 2, waypoints: [{{t: 0.1, xyz: [0.0, 0.0, 0.5]}},
       {{t: 0.6, xyz: [0.0, 0.0, 0.42]}}, {{t: 1.1, xyz: [0.0, 0.0, 0.5]}}]}}
   posture: {{kind: posture, priority: 3}}
 """

@@ -13,7 +13,7 @@ from time import perf_counter
 
 from equipoise import read_scenario
 from equipoise.hqp import Hierarchy, make_solver
-from equipoise.scenarios.simulation import Simulation
+from equipoise.simulation.simulation import Simulation
 
 SOLVERS = ("active_set", "cascade", "daqp")
 

@@ -6,14 +6,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise.coordinates import (
+from equipoise.errors import InputError, NameNotFoundError, ShapeError
+from equipoise.spatial.coordinates import (
     ROTATION_COORDINATES,
     base_rate_map,
     contact_wrench,
     rotation_coordinates,
     wrench_gradient,
 )
-from equipoise.errors import InputError, NameNotFoundError, ShapeError
 
 STEP = 1e-6
 

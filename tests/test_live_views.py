@@ -6,11 +6,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise.distances import DistanceEvaluator
+from equipoise.collision.distances import DistanceEvaluator
+from equipoise.collision.scene import Scene
 from equipoise.errors import NonFiniteError
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.live_views import LayoutError, motion_rows, pose_rows
-from equipoise.world import Scene
+from equipoise.kinematics.live_views import LayoutError, motion_rows, pose_rows
 
 
 def random_state(robot, rng):

@@ -6,8 +6,8 @@ import numba
 import numpy as np
 import pytest
 
-from equipoise.compilation import OPTIONS
-from equipoise.scratch import scratch, scratch_matrix
+from equipoise.compiled.compilation import OPTIONS
+from equipoise.compiled.scratch import scratch, scratch_matrix
 
 
 def inner(size: int, value: float) -> float:

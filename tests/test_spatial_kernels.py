@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 from equipoise.spatial import pose_row
-from equipoise.spatial_kernels import (
+from equipoise.spatial.kernels import (
     compose,
     rotation_matrix,
     rotation_rate,

@@ -19,7 +19,7 @@ from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator
 from equipoise.physics import RigidContactEngine
 from equipoise.robots import get_robot
-from equipoise.contacts.support import SupportPolygon
+from equipoise.contacts.support_polygon import SupportPolygon
 from equipoise.tasks import (
     ComPolygonTask, ContactTask, FramePoseTask, GazeTask, JointLimitsTask, Waypoint,
     WaypointTrajectory,

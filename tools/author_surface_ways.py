@@ -38,7 +38,7 @@ tasks:
   right_foot: {{kind: hold_frame, frame: right_sole, priority: 1}}
   com: {{kind: com_polygon, margin: 0.11, priority: 1}}
   right_hand:
-    kind: frame_way
+    kind: frame_path
     frame: right_palm
     priority: 2
     waypoints:
@@ -53,9 +53,9 @@ acceptance:
   limits:
     completed: {{min: 1}}
     force_error_share: {{max: 0.01}}
-    contact_drift: {{max: 0.0001}}
+    contact_violation: {{max: 0.0001}}
     posture_error: {{max: 0.005}}
-    joint_room: {{min: 0.0}}
+    joint_margin: {{min: 0.0}}
     velocity_share: {{max: 1.0}}
     torque_share: {{max: 1.0}}
     torque_step: {{max: 0.05}}

@@ -8,14 +8,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from equipoise.analysis.metrics import Context
-from equipoise.analysis.summary import check_acceptance, judge, passed
+from equipoise.analysis.metrics.verdict import check_acceptance, judge, passed
+from equipoise.analysis.run_context import RunContext
 from equipoise.errors import InputError
 from equipoise.runlog import Run, load_run, new_run_folder, write_summary
 from equipoise.scenarios import Scenario, read_scenario
-from equipoise.scenarios.loop import Ending, RunOutcome, run_simulation
-from equipoise.scenarios.simulation import Simulation
-from equipoise.scenarios.steering import Steering
+from equipoise.simulation.loop import Ending, RunOutcome, run_simulation
+from equipoise.simulation.operator import Operator
+from equipoise.simulation.simulation import Simulation
 
 Report = Callable[[str, float], None]
 
@@ -28,7 +28,7 @@ def run_scenario(
     robot: str | None = None,
     figures: bool = True,
     report: Report | None = None,
-    steer: Callable[[Simulation, Path], Steering] | None = None,
+    steer: Callable[[Simulation, Path], Operator] | None = None,
 ) -> Run:
     """Run a scenario (a name, a YAML path or an object) and return its loaded log.
 
@@ -59,7 +59,7 @@ def run_scenario(
     run = load_run(folder)
     write_summary(folder, summarise(run, simulation, outcome))
     if figures and outcome.ending is not Ending.INTERRUPTED:
-        from equipoise.analysis.figures import make_figures
+        from equipoise.analysis.figures.make import make_figures
 
         say("drawing", 0.0)
         make_figures(run, folder / "figures")
@@ -68,7 +68,7 @@ def run_scenario(
 
 def summarise(run: Run, simulation: Simulation, outcome: RunOutcome) -> dict[str, Any]:
     """Return what `summary.json` holds."""
-    rows = judge(Context.of(run, simulation.places))
+    rows = judge(RunContext.of(run, simulation.setup))
     return {
         "scenario": run.info.get("scenario", ""),
         "title": simulation.scenario.title,

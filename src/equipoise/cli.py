@@ -85,7 +85,7 @@ def run(
 @click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
 def plot(run_folder: Path) -> None:
     """Draw the figures of RUN again, from its log."""
-    from equipoise.analysis.figures import make_figures
+    from equipoise.analysis.figures.make import make_figures
     from equipoise.runlog import load_run
 
     loaded = load_run(run_folder)
@@ -101,7 +101,7 @@ def figures(run_folders: tuple[Path, ...], to: Path) -> None:
 
     Without RUN, the scenarios tray and telephone are run first.
     """
-    from equipoise.analysis.paper_page import write_paper_page
+    from equipoise.analysis.figures.paper_page import write_paper_page
     from equipoise.api import run_scenario
     from equipoise.console import Progress
     from equipoise.runlog import load_run
@@ -209,7 +209,7 @@ def view(
 )
 def report(run_folders: tuple[Path, ...], to: Path) -> None:
     """Write one HTML file about one or several RUNs, side by side, that needs no network."""
-    from equipoise.analysis.report import make_report
+    from equipoise.analysis.report.page import make_report
 
     click.echo(make_report(run_folders, to))
 
@@ -285,7 +285,7 @@ def render(run_folder: Path, to: Path | None, fps: int) -> None:
 
     Where that cannot be done, a strip of pictures is drawn instead, and the reason is told.
     """
-    from equipoise.analysis.video import NoVideoError, write_video
+    from equipoise.analysis.rendering.video import NoVideoError, write_video
     from equipoise.console import Progress
     from equipoise.runlog import load_run
 
@@ -295,8 +295,8 @@ def render(run_folder: Path, to: Path | None, fps: int) -> None:
         with Progress() as progress:
             click.echo(write_video(loaded, path, fps=fps, report=lambda x: progress("drawing", x)))
     except NoVideoError as error:
-        from equipoise.analysis.snapshots import snapshot_strip
-        from equipoise.analysis.style import save
+        from equipoise.analysis.figures.snapshots import snapshot_strip
+        from equipoise.analysis.figures.style import save
 
         click.echo(f"No video: {error}. A strip of pictures instead:", err=True)
         click.echo(save(snapshot_strip(loaded), path.with_suffix(".png")))
@@ -311,9 +311,9 @@ def verify(groups: tuple[str, ...], as_json: bool) -> None:
     GROUP: geometry, motion, dynamics, law, promises; all of them by default. Exit code 0 only if
     every row holds.
     """
-    from equipoise.analysis.verify import GROUPS
-    from equipoise.analysis.verify import verify as measure
-    from equipoise.analysis.verify.table import as_text, print_verdict, print_verdicts
+    from equipoise.verify import GROUPS
+    from equipoise.verify import verify as measure
+    from equipoise.verify.table import as_text, print_verdict, print_verdicts
 
     chosen = groups or tuple(GROUPS)
     verdicts = measure(chosen, report=None if as_json else print_verdict)

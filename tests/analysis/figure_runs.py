@@ -9,7 +9,7 @@ import numpy as np
 
 from equipoise.runlog import Channel, Run
 from equipoise.scenarios import read_scenario, resolved_text
-from equipoise.scenarios.places import Places, build_places
+from equipoise.simulation.build.setup import Setup, build_setup
 
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 WRENCH_UNITS = ("N",) * 3 + ("N m",) * 3
@@ -17,9 +17,9 @@ POSE = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @cache
-def tray_places() -> Places:
+def tray_places() -> Setup:
     """Return the places of the shipped scenario."""
-    return build_places(read_scenario("tray"))
+    return build_setup(read_scenario("tray"))
 
 
 def channels() -> list[Channel]:

@@ -10,13 +10,13 @@ import pytest
 from figure_runs import made_run, tray_places
 from matplotlib.image import imread
 
-from equipoise.analysis.balance_figure import balance_figure, inset
-from equipoise.analysis.distance_figure import curves_of, distances_figure
-from equipoise.analysis.error_figure import errors_figure, regulated_rows
-from equipoise.analysis.figures import make_figures
-from equipoise.analysis.joint_figures import joints_figure, torques_figure
-from equipoise.analysis.limbs import limbs_of
-from equipoise.analysis.story import Story
+from equipoise.analysis.figures.balance import balance_figure, inset
+from equipoise.analysis.figures.distance import curves_of, distances_figure
+from equipoise.analysis.figures.error import errors_figure, regulated_rows
+from equipoise.analysis.figures.joints import joints_figure, torques_figure
+from equipoise.analysis.figures.make import make_figures
+from equipoise.analysis.joint_groups import joint_groups_of
+from equipoise.analysis.run_context import RunContext
 from equipoise.contacts import SupportPolygon
 from equipoise.errors import RunLogError
 
@@ -57,9 +57,9 @@ def test_a_run_without_ticks_has_none(tmp_path):
 
 def drawn(run) -> set[str]:
     """Return the names of the figures that would be written."""
-    story = Story.of(run)
-    kept = {name for name, make in MAKERS.items() if make(story) is not None}
-    return kept | ({"snapshots"} if story.drawable else set())
+    context = RunContext.of(run)
+    kept = {name for name, make in MAKERS.items() if make(context) is not None}
+    return kept | ({"snapshots"} if context.drawable else set())
 
 
 def test_figures_without_their_channels_are_left_out():
@@ -93,7 +93,8 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
 
 def test_importing_the_figures_does_not_import_matplotlib():
     code = (
-        "import sys, equipoise, equipoise.analysis.figures, equipoise.analysis.snapshots;"
+        "import sys, equipoise, equipoise.analysis.figures.make;"
+        "import equipoise.analysis.figures.snapshots;"
         "print('matplotlib' in sys.modules)"
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -101,28 +102,28 @@ def test_importing_the_figures_does_not_import_matplotlib():
 
 
 def test_limbs_hold_every_joint_once_and_know_their_side(hrp2):
-    limbs = limbs_of(hrp2, hrp2.joint_names)
+    joint_groups = joint_groups_of(hrp2, hrp2.joint_names)
     titles = ["Left leg", "Right leg", "Torso and head", "Left arm", "Right arm"]
-    assert sorted(limb.title for limb in limbs) == sorted(titles)
-    assert sorted(j for limb in limbs for j in limb.joints) == list(range(hrp2.na))
-    for limb in limbs:
+    assert sorted(limb.title for limb in joint_groups) == sorted(titles)
+    assert sorted(j for limb in joint_groups for j in limb.joints) == list(range(hrp2.na))
+    for limb in joint_groups:
         prefix = {"Left leg": "LLEG", "Right leg": "RLEG", "Left arm": "LARM", "Right arm": "RARM"}
         for joint in limb.joints:
             assert hrp2.joint_names[joint].startswith(prefix.get(limb.title, ("CHEST", "HEAD")))
-    assert limbs[0].short_names(hrp2.joint_names)[0] == "JOINT0"
+    assert joint_groups[0].short_names(hrp2.joint_names)[0] == "JOINT0"
 
 
 def test_limbs_without_a_robot_are_cut_to_a_readable_size():
     made = (*(f"arm_{i}" for i in range(19)), "head_1")
-    limbs = limbs_of(None, made)
-    assert sorted(j for limb in limbs for j in limb.joints) == list(range(20))
-    assert max(len(limb.joints) for limb in limbs) <= 8
-    assert limbs[-1].short_names(made) == ["head_1"]
+    joint_groups = joint_groups_of(None, made)
+    assert sorted(j for limb in joint_groups for j in limb.joints) == list(range(20))
+    assert max(len(limb.joints) for limb in joint_groups) <= 8
+    assert joint_groups[-1].short_names(made) == ["head_1"]
 
 
 def test_joint_curves_carry_the_run_and_its_reference():
     run = made_run(100)
-    figure = joints_figure(Story.of(run))
+    figure = joints_figure(RunContext.of(run))
     curves = {tuple(line.get_ydata()) for axes in figure.axes for line in axes.lines}
     for name, skip in (("q", 7), ("q_ref", 7), ("v", 6), ("v_ref", 6)):
         for column in run[name][:, skip:].T:
@@ -134,7 +135,7 @@ def test_torques_are_shares_of_the_limits():
     limit = tray_places().robot.tau_max
     run.arrays["tau"][:] = 0.2 * limit
     run.arrays["tau"][70, 3] = -0.9 * limit[3]
-    figure = torques_figure(Story.of(run))
+    figure = torques_figure(RunContext.of(run))
     assert "90 %, HEAD_JOINT1 at 0.07 s" in figure.get_suptitle()
     labels = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert "HEAD_JOINT1: \N{MINUS SIGN}90 %" in labels
@@ -142,11 +143,11 @@ def test_torques_are_shares_of_the_limits():
 
 def test_force_error_is_achieved_minus_wanted():
     run = made_run(50)
-    (row,) = regulated_rows(Story.of(run))
+    (row,) = regulated_rows(RunContext.of(run))
     assert row[0] == "grasp fz"
     np.testing.assert_array_equal(row[1], run["lam_ref/grasp"][:, 0])
     np.testing.assert_array_equal(row[2], run["lam/grasp"][:, 2])
-    figure = errors_figure(Story.of(run))
+    figure = errors_figure(RunContext.of(run))
     curves = [line.get_ydata() for axes in figure.axes for line in axes.lines]
     error = run["lam/grasp"][:, 2] - run["lam_ref/grasp"][:, 0]
     assert any(len(y) == 50 and np.array_equal(y, error) for y in curves)
@@ -155,7 +156,7 @@ def test_force_error_is_achieved_minus_wanted():
 def test_palm_errors_are_in_millimetres_and_degrees():
     run = made_run(50)
     run.arrays["error/left_hand"][:] = [0.003, 0.0, 0.004, 0.0, np.pi / 6.0, 0.0]
-    figure = errors_figure(Story.of(run))
+    figure = errors_figure(RunContext.of(run))
     shown = {
         axes.get_ylabel(): line.get_ydata()
         for axes in figure.axes
@@ -178,7 +179,7 @@ def test_distance_figure_names_the_smallest_and_draws_the_security_distance():
     run = made_run(50)
     run.arrays["distance"][:] = 0.2
     run.arrays["distance"][30, 1] = 0.0123
-    figure = distances_figure(Story.of(run))
+    figure = distances_figure(RunContext.of(run))
     assert "12.300 mm, LARM_LINK5 - desk at 0.03 s" in figure.get_suptitle()
     (axes,) = figure.axes
     flat = [line.get_ydata()[0] for line in axes.lines if len(line.get_ydata()) == 2]
@@ -196,7 +197,7 @@ def test_inset_polygon_keeps_its_margin():
 def test_balance_shows_the_path_and_every_margin():
     run = made_run(50)
     run.arrays["com"][:, :2] = np.column_stack([np.linspace(0.0, 0.1, 50), np.zeros(50)])
-    figure = balance_figure(Story.of(run))
+    figure = balance_figure(RunContext.of(run))
     every = [axes for axes in figure.findobj(lambda a: hasattr(a, "get_xlabel"))]
     paths = [line.get_xydata() for axes in every for line in axes.lines]
     assert any(len(p) == 50 and np.array_equal(p, run["com"][:, :2]) for p in paths)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from equipoise.analysis.style import decimate, number
+from equipoise.analysis.figures.style import decimate, number
 
 
 @settings(max_examples=60, deadline=None)

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.image import imread
 
 from equipoise import run_scenario
-from equipoise.analysis.paper_page import write_paper_page
+from equipoise.analysis.figures.paper_page import write_paper_page
 from equipoise.errors import InputError
 
 

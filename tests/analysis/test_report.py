@@ -14,10 +14,10 @@ import pinocchio as pin
 import pytest
 from figure_runs import channels, made_run, tray_places
 
-from equipoise.analysis.replay_export import Blobs, export_replay
-from equipoise.analysis.report import make_report
-from equipoise.analysis.report_tables import metrics_table, properties, quantity
-from equipoise.analysis.sole_arrows import SOLE_SCALE
+from equipoise.analysis.rendering.sole_arrows import SOLE_SCALE
+from equipoise.analysis.report.page import make_report
+from equipoise.analysis.report.replay_export import Blobs, export_replay
+from equipoise.analysis.report.tables import metrics_table, properties, quantity
 from equipoise.errors import InputError, RunLogError
 from equipoise.runlog import RunWriter, write_summary
 from equipoise.scenarios import read_scenario
@@ -116,10 +116,10 @@ def test_the_replay_is_where_pinocchio_puts_it(page: str) -> None:
             assert np.allclose(poses[k, joint], wanted, atol=1e-6)
     for mesh in first["meshes"]:
         triangles = np.frombuffer(base64.b64decode(content["blobs"][mesh["triangles"]]), "<u4")
-        places = np.frombuffer(base64.b64decode(content["blobs"][mesh["places"]]), "<f4")
+        setup = np.frombuffer(base64.b64decode(content["blobs"][mesh["places"]]), "<f4")
         normals = np.frombuffer(base64.b64decode(content["blobs"][mesh["normals"]]), "i1")
         assert len(triangles) == mesh["count"]
-        assert triangles.max() < len(places) / 3 == len(normals) / 4
+        assert triangles.max() < len(setup) / 3 == len(normals) / 4
         assert mesh["node"] < first["nodes"]
 
 
@@ -135,23 +135,23 @@ def test_a_long_run_is_thinned_and_its_last_moment_kept() -> None:
 
 def test_the_floor_pushes_from_below_the_soles_edge_up() -> None:
     """What the page draws of the soles' forces begins on the floor and adds up to the forces."""
-    made, blobs, places = made_run(120), Blobs(), tray_places()
+    made, blobs, setup = made_run(120), Blobs(), tray_places()
     rng = np.random.default_rng(6)
     forces = {
         f"lam/{contact.name}": rng.normal(
             loc=(0.0, 0.0, 30.0, 0.0, 0.0, 0.0), scale=20.0, size=(120, 6)
         )
-        for contact in places.soles.contacts
+        for contact in setup.soles.contacts
     }
     run = replace(made, arrays={**made.arrays, **forces})
-    replay = export_replay(run, read_scenario("tray"), places, blobs)
+    replay = export_replay(run, read_scenario("tray"), setup, blobs)
     assert replay is not None
     times = np.frombuffer(base64.b64decode(blobs.texts[replay["times"]]), "<f4")
     lines = np.frombuffer(base64.b64decode(blobs.texts[replay["lines"]]), "<f4")
     drawn = lines.reshape(len(times), replay["segments"], 2, 3)
     ticks = [int(np.argmin(np.abs(run.t - t))) for t in times]
     for contact, lines in zip(
-        places.soles.contacts, np.split(drawn, len(places.soles.contacts), axis=1), strict=True
+        setup.soles.contacts, np.split(drawn, len(setup.soles.contacts), axis=1), strict=True
     ):
         lam, T, sole = run[f"lam/{contact.name}"][ticks], contact.T_world_anchor, contact.sole
         loaded = lam[:, 2] > 0.0

@@ -6,58 +6,60 @@ import numpy as np
 import pytest
 from figure_runs import made_run, tray_places
 
-from equipoise.analysis.drawing import draw_scene, frame_stage
-from equipoise.analysis.snapshots import snapshot_strip
-from equipoise.analysis.stage import Stage
-from equipoise.analysis.style import new_figure
+from equipoise.analysis.figures.snapshots import snapshot_strip
+from equipoise.analysis.figures.style import new_figure
+from equipoise.analysis.rendering.axes3d import draw_scene, frame_scene
+from equipoise.analysis.rendering.scene_meshes import SceneMeshes
 from equipoise.errors import InputError, NonFiniteError, ShapeError
 
 
 @pytest.fixture(scope="module")
-def stage() -> Stage:
-    return Stage(tray_places().scene)
+def scene_meshes() -> SceneMeshes:
+    return SceneMeshes(tray_places().scene)
 
 
 def captions(figure) -> list[str]:
     return [text.get_text() for axes in figure.axes for text in axes.texts]
 
 
-def test_stage_holds_every_shape_of_robot_and_world(stage):
-    places = tray_places()
-    world = sum(len(body.shapes) for body in places.scene.bodies)
+def test_stage_holds_every_shape_of_robot_and_world(scene_meshes):
+    setup = tray_places()
+    world = sum(len(body.shapes) for body in setup.scene.bodies)
     lens = 1
-    assert len(stage.parts) == len(places.robot.visual_model.geometryObjects) + world + lens
+    assert len(scene_meshes.parts) == len(setup.robot.visual_model.geometryObjects) + world + lens
 
 
-def test_still_things_stay_and_the_tray_moves_with_its_hand(stage):
+def test_still_things_stay_and_the_tray_moves_with_its_hand(scene_meshes):
     robot = tray_places().robot
     q = robot.q_half_sitting.copy()
-    before = stage.at(q)
+    before = scene_meshes.at(q)
     q[7 + robot.joint_index("LARM_JOINT6")] += 0.0
     q[7 + robot.joint_index("LARM_JOINT3")] += 0.3
-    after = stage.at(q)
+    after = scene_meshes.at(q)
     shift = np.linalg.norm(after.mesh.vertices - before.mesh.vertices, axis=1)
     of_part = [
         shift[np.unique(before.mesh.triangles[before.part == k])].max()
-        for k in range(len(stage.parts))
+        for k in range(len(scene_meshes.parts))
     ]
-    still = [move for part, move in zip(stage.parts, of_part, strict=True) if part.joint == 0]
+    still = [
+        move for part, move in zip(scene_meshes.parts, of_part, strict=True) if part.joint == 0
+    ]
     assert still == [0.0] * 3  # the desk's
     hand = robot.model.frames[robot.frame_id("left_palm")].parentJoint
-    carried = [m for p, m in zip(stage.parts, of_part, strict=True) if p.joint == hand]
+    carried = [m for p, m in zip(scene_meshes.parts, of_part, strict=True) if p.joint == hand]
     assert len(carried) >= 4  # the hand and the tray's three shapes
     assert min(carried) > 0.01
 
 
-def test_the_camera_shows_the_whole_robot(stage):
+def test_the_camera_shows_the_whole_robot(scene_meshes):
     robot = tray_places().robot
     low = robot.q_half_sitting.copy()
     low[:3] += [0.3, 0.4, -0.1]
-    camera = frame_stage(stage, [robot.q_half_sitting, low])
+    camera = frame_scene(scene_meshes, [robot.q_half_sitting, low])
     x_min, x_max, y_min, y_max = camera.window
     for q in (robot.q_half_sitting, low):
-        picture = stage.at(q)
-        moving = np.unique(picture.mesh.triangles[stage.moving[picture.part]])
+        picture = scene_meshes.at(q)
+        moving = np.unique(picture.mesh.triangles[scene_meshes.moving[picture.part]])
         x, y, _ = camera.project(picture.mesh.vertices[moving]).T
         assert x_min < x.min()
         assert x.max() < x_max
@@ -65,7 +67,7 @@ def test_the_camera_shows_the_whole_robot(stage):
         assert y.max() < y_max
 
 
-def test_drawing_shows_desk_and_tray_in_their_colours(stage):
+def test_drawing_shows_desk_and_tray_in_their_colours(scene_meshes):
     figure = new_figure(3.0, 3.0)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     draw_scene(axes, tray_places().scene, tray_places().robot.q_half_sitting)
@@ -78,7 +80,7 @@ def test_drawing_shows_desk_and_tray_in_their_colours(stage):
 
 def test_strip_shows_the_wanted_times():
     run = made_run(3000)
-    figure = snapshot_strip(run, times=[0.5, 1.2503, 99.0], places=tray_places())
+    figure = snapshot_strip(run, times=[0.5, 1.2503, 99.0], setup=tray_places())
     assert captions(figure) == ["t = 0.50 s", "t = 1.25 s", "t = 3.00 s"]
     figure = snapshot_strip(run)
     assert len(figure.axes) == 6
@@ -88,26 +90,26 @@ def test_strip_shows_the_wanted_times():
 
 
 def test_one_tick_gives_one_snapshot():
-    assert len(snapshot_strip(made_run(1), count=6, places=tray_places()).axes) == 1
+    assert len(snapshot_strip(made_run(1), count=6, setup=tray_places()).axes) == 1
 
 
 def test_snapshots_avoid_ticks_that_are_not_finite():
     run = made_run(50)
     run.arrays["q"][20:] = np.nan
-    figure = snapshot_strip(run, count=3, places=tray_places())
+    figure = snapshot_strip(run, count=3, setup=tray_places())
     assert captions(figure) == ["t = 0.00 s", "t = 0.01 s", "t = 0.02 s"]
 
 
-def test_refusals_say_why(stage):
-    places = tray_places()
+def test_refusals_say_why(scene_meshes):
+    setup = tray_places()
     with pytest.raises(InputError, match="without ticks"):
-        snapshot_strip(made_run(0), places=places)
+        snapshot_strip(made_run(0), setup=setup)
     with pytest.raises(InputError, match="at least one"):
-        snapshot_strip(made_run(5), count=0, places=places)
+        snapshot_strip(made_run(5), count=0, setup=setup)
     with pytest.raises(InputError, match="at least one"):
-        snapshot_strip(made_run(5), times=[], places=places)
+        snapshot_strip(made_run(5), times=[], setup=setup)
     axes = new_figure(2.0, 2.0).add_axes((0.0, 0.0, 1.0, 1.0))
     with pytest.raises(ShapeError):
-        draw_scene(axes, stage, np.zeros(3))
+        draw_scene(axes, scene_meshes, np.zeros(3))
     with pytest.raises(NonFiniteError):
-        draw_scene(axes, stage, np.full(places.robot.nq, np.nan))
+        draw_scene(axes, scene_meshes, np.full(setup.robot.nq, np.nan))

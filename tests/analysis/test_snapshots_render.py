@@ -7,11 +7,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise.analysis.camera import Camera
-from equipoise.analysis.raster import rasterise, weights
-from equipoise.analysis.render import render
-from equipoise.analysis.stage import Picture
-from equipoise.analysis.tessellation import Mesh, tessellate
+from equipoise.analysis.rendering.camera import Camera
+from equipoise.analysis.rendering.raster import rasterise, weights
+from equipoise.analysis.rendering.render import render
+from equipoise.analysis.rendering.scene_meshes import Picture
+from equipoise.analysis.rendering.tessellation import Mesh, tessellate
 
 RED, BLUE = np.array([0.9, 0.1, 0.1]), np.array([0.1, 0.1, 0.9])
 

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise.analysis.tessellation import Mesh, tessellate
+from equipoise.analysis.rendering.tessellation import Mesh, tessellate
 
 RADIUS, HALF = 0.07, 0.15
 SHAPES = {

@@ -12,15 +12,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise.bench import apart, peers
-from equipoise.bench.apart import ApartPeer, write_task
-from equipoise.bench.growth import growth, linear_share
+from equipoise.bench import peers, subprocess_peer
+from equipoise.bench.equipoise_contenders import DaqpBeside, HardCase, OwnTick
+from equipoise.bench.interleave import interleave
 from equipoise.bench.memory import measure_memory
-from equipoise.bench.own import DaqpBeside, HardCase, OwnTick
 from equipoise.bench.problem import HANDS, PAIRS, Problem, make_problem
-from equipoise.bench.race import race
 from equipoise.bench.rows import Row
-from equipoise.bench.thrown import EVERY, TOO_FAR, throw_hands
+from equipoise.bench.scaling import growth, linear_share
+from equipoise.bench.subprocess_peer import ApartPeer, write_task
+from equipoise.bench.unreachable_targets import EVERY, TOO_FAR, throw_hands
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.robots.measures import measure
 
@@ -38,7 +38,7 @@ def test_the_task_set_is_the_one_that_is_promised(problem):
     assert names[0] == {"contacts", "left_foot", "right_foot", "com"}
     assert names[1] == {"left_hand", "right_hand", "limits"}
     assert names[2] == {"look", "obstacles"}
-    scene = problem.simulation.places.scene
+    scene = problem.simulation.setup.scene
     assert len(problem.pairs) == PAIRS == 8
     for pair in problem.pairs:
         assert len(scene.shapes_of(pair.first)) == len(scene.shapes_of(pair.second)) == 1
@@ -46,7 +46,7 @@ def test_the_task_set_is_the_one_that_is_promised(problem):
 
 def test_our_rows_are_there_and_nothing_fails(problem):
     made = [OwnTick(problem), DaqpBeside(problem, "tray"), HardCase(problem)]
-    rows = {row.name: row for row in race(made, TICKS)}
+    rows = {row.name: row for row in interleave(made, TICKS)}
     assert set(rows) == {
         *("tick/hrp2/tray", "tick/hrp2/rows", "tick/hrp2/law"),
         *("hqp/hrp2/tray", "rigid/hrp2/tray", "daqp/hrp2/tray", "hqp/hrp2/hard"),
@@ -142,7 +142,7 @@ def test_a_python_without_the_peer_is_refused_kindly(problem, python):
 
 
 WORKER = """
-from turns import serve
+from protocol import serve
 
 
 class Tick:
@@ -164,9 +164,9 @@ if __name__ == "__main__":
 
 
 def test_a_worker_is_told_its_ticks_and_answers_with_their_times(problem, tmp_path, monkeypatch):
-    shutil.copy(apart.WORKERS / "turns.py", tmp_path)
+    shutil.copy(subprocess_peer.WORKERS / "protocol.py", tmp_path)
     (tmp_path / "simple_worker.py").write_text(WORKER, encoding="utf-8")
-    monkeypatch.setattr(apart, "WORKERS", tmp_path)
+    monkeypatch.setattr(subprocess_peer, "WORKERS", tmp_path)
     peer = ApartPeer(problem, "simple", sys.executable, 6)
     try:
         assert peer.remarks == {peer.row: "a stand-in"}
@@ -180,9 +180,9 @@ def test_a_worker_is_told_its_ticks_and_answers_with_their_times(problem, tmp_pa
 
 def test_workers_need_nothing_of_ours():
     """They run where Equipoise is not installed; what they share lies beside them."""
-    paths = sorted(apart.WORKERS.glob("*.py"))
+    paths = sorted(subprocess_peer.WORKERS.glob("*.py"))
     beside = {path.stem for path in paths}
-    assert {"turns", "placo_worker", "tsid_worker"} <= beside
+    assert {"protocol", "placo_worker", "tsid_worker"} <= beside
     for path in paths:
         tree = ast.parse(path.read_text(encoding="utf-8"))
         named = {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}

@@ -11,7 +11,7 @@ import pytest
 
 from equipoise.bench import Row, read_rows, write_rows
 from equipoise.bench.compare import compare, ratios
-from equipoise.bench.race import row_of
+from equipoise.bench.interleave import row_of
 from equipoise.errors import InputError
 
 ROWS = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from equipoise.contacts import SupportPolygon
-from equipoise.contacts.support import sole_corners
+from equipoise.contacts.support_polygon import sole_corners
 from helpers import sole_contacts
 
 

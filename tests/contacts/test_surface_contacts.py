@@ -161,7 +161,7 @@ def press(hrp2, contact, seconds=0.3, dt=1e-3):
     q = hrp2.q_half_sitting
     stack = ContactStack([*sole_contacts(hrp2, q), contact])
     engine = RigidContactEngine(hrp2, stack, q, dt, joint_damping=30.0)
-    drifts = [engine.step(np.zeros(hrp2.na)).drift for _ in range(round(seconds / dt))]
+    drifts = [engine.step(np.zeros(hrp2.na)).violation for _ in range(round(seconds / dt))]
     return engine, stack, max(drifts)
 
 

@@ -17,7 +17,7 @@ from equipoise.control import (
     advise_gains,
     distribute_base_wrench,
 )
-from equipoise.control.adviser import delay_margin, inertia_matrix
+from equipoise.control.passivity.gain_advice import delay_margin, inertia_matrix
 from equipoise.errors import InputError
 from helpers import full_stack, kinematics, sole_contacts
 

@@ -16,7 +16,7 @@ from equipoise.control import (
     largest_observer_gain,
     observer_delay_margin,
 )
-from equipoise.control.adviser import delay_margin
+from equipoise.control.passivity.gain_advice import delay_margin
 from helpers import kinematics, sole_contacts
 
 

@@ -6,16 +6,16 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise.analysis.dynamics import (
+from equipoise.contacts import ContactStack
+from equipoise.physics import RigidContactEngine
+from equipoise.spatial.coordinates import base_rate_map, rotation_coordinates
+from equipoise.verify.error_dynamics import (
     Dynamics,
     dynamic_parameters,
     inertia,
     reference_regressor,
     regressor,
 )
-from equipoise.contacts import ContactStack
-from equipoise.coordinates import base_rate_map, rotation_coordinates
-from equipoise.physics import RigidContactEngine
 from helpers import full_stack, kinematics, random_state, sole_contacts
 
 STEP = 1e-6

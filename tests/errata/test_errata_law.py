@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from equipoise.analysis.closed_forms import force_error
-from equipoise.analysis.dynamics import force_error_drive
 from equipoise.control import ForceManifold, PostureManifold, SignFunction
+from equipoise.verify.closed_forms import force_error
+from equipoise.verify.error_dynamics import force_error_drive
 
 ETA, K_IF, MU = 4.0, 1.5, 2.0
 

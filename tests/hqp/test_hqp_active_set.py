@@ -11,7 +11,7 @@ import pytest
 from hqp_problems import KINDS, block, equalities, random_hierarchy
 
 from equipoise.hqp import Hierarchy, Status, certify, make_solver
-from equipoise.hqp.active_set import ActiveSet
+from equipoise.hqp.solvers.active_set.solver import ActiveSet
 
 
 def shifted(h: Hierarchy, amount: float, seed: int) -> Hierarchy:
@@ -69,7 +69,7 @@ def test_extreme_numbers_end_as_a_status_and_a_finite_answer(scale) -> None:
 
 
 def test_any_layout_of_the_arrays_is_taken() -> None:
-    from equipoise.hqp.hierarchy_kernels import answer
+    from equipoise.hqp.solvers.active_set.hierarchy import answer
 
     h = random_hierarchy("boxes", 8)
     A, lower = np.asfortranarray(h.A), h.lower.copy()

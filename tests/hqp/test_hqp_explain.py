@@ -7,7 +7,7 @@ import pytest
 from hqp_problems import KINDS, block, equalities, random_hierarchy
 
 from equipoise.errors import NameNotFoundError, NonFiniteError
-from equipoise.hqp import Hierarchy, RowWords, Shortfall, explain, make_solver
+from equipoise.hqp import Hierarchy, RowDescription, Shortfall, explain, make_solver
 from equipoise.hqp.explanation import Blocker
 
 
@@ -122,9 +122,9 @@ def test_the_sentence_has_the_units_that_a_person_knows() -> None:
     palm = equalities("left palm", np.array([[0.5, 1.0]]), np.array([0.52]))
     h = Hierarchy.stack([[limit], [near], [palm]], 2)
     words = (
-        RowWords.both("the limit of LARM_JOINT3", "rad/s", 5.0),
-        RowWords.both("the distance left forearm - desk", "m/s", 4.0),
-        RowWords.both("left palm", "m/s", 10.0),
+        RowDescription.both("the limit of LARM_JOINT3", "rad/s", 5.0),
+        RowDescription.both("the distance left forearm - desk", "m/s", 4.0),
+        RowDescription.both("left palm", "m/s", 10.0),
     )
     text = str(explain(h, solve(h).v, words))
     assert text == (
@@ -134,7 +134,7 @@ def test_the_sentence_has_the_units_that_a_person_knows() -> None:
     details = explain(h, solve(h).v, words).details()
     assert "would have to give 32 cm/s (8.0 cm)" in details
     assert "left palm is 32 cm/s short" in str(
-        explain(h, solve(h).v, (*words[:2], RowWords.both("left palm", "m/s")))
+        explain(h, solve(h).v, (*words[:2], RowDescription.both("left palm", "m/s")))
     )
 
 
@@ -157,10 +157,12 @@ def test_a_blocker_of_next_to_nothing_is_not_named() -> None:
 
 def test_if_all_blockers_are_small_the_largest_are_named_with_their_shares() -> None:
     def blocker(i: int, share: float) -> Blocker:
-        words = RowWords.both(f"bound {i}", "m/s")
+        words = RowDescription.both(f"bound {i}", "m/s")
         return Blocker(i, f"wall/{i}", 0, words, share, share, 1.0, 0.0)
 
-    own = tuple((RowWords.both(phrase, "m/s"), 0.5) for phrase in ("x", "y"))  # told in per cent
+    own = tuple(
+        (RowDescription.both(phrase, "m/s"), 0.5) for phrase in ("x", "y")
+    )  # told in per cent
     shares = [0.004] * 250
     many = Shortfall("task", 1, own, tuple(blocker(*of) for of in enumerate(shares)), (), 0.0)
     assert "by bound 0 (0.4%), by bound 1 (0.4%)" in str(many)
@@ -173,7 +175,7 @@ def test_if_all_blockers_are_small_the_largest_are_named_with_their_shares() -> 
 def test_met_tasks_are_said_to_be_met() -> None:
     h = random_hierarchy("feasible", 1)
     solution = solve(h)
-    assert str(solution.explain(h)) == "Every task is met."
+    assert str(explain(h, solution.v)) == "Every task is met."
     assert str(explain(h, solution.v, tasks=["l0"])) == "l0 is met."
 
 

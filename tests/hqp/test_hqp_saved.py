@@ -13,11 +13,11 @@ from hqp_problems import KINDS, random_hierarchy
 from equipoise.errors import InputError
 from equipoise.hqp import (
     Hierarchy,
-    RowWords,
+    RowDescription,
     explain,
     load_problem,
     make_solver,
-    plain_words,
+    plain_descriptions,
     save_problem,
     saved,
 )
@@ -26,7 +26,9 @@ from equipoise.hqp import (
 @pytest.mark.parametrize("kind", KINDS)
 def test_solved_again_it_gives_the_same_bits_and_the_same_words(kind, tmp_path) -> None:
     h = random_hierarchy(kind, 5, n=9)
-    words = tuple(RowWords(f"m{r}/s", f"up {r}", f"down {r}", 1.0 + r) for r in range(len(h.lower)))
+    words = tuple(
+        RowDescription(f"m{r}/s", f"up {r}", f"down {r}", 1.0 + r) for r in range(len(h.lower))
+    )
     save_problem(tmp_path / "h.npz", h, words=words, note="from a test")
     back = load_problem(tmp_path / "h.npz")
     assert back.note == "from a test"
@@ -38,16 +40,16 @@ def test_solved_again_it_gives_the_same_bits_and_the_same_words(kind, tmp_path) 
 
 def test_without_words_the_names_are_the_words(tmp_path) -> None:
     h = random_hierarchy("infeasible", 2)
-    h.save(tmp_path / "h.npz")
+    save_problem(tmp_path / "h.npz", h)
     back = load_problem(tmp_path / "h.npz")
-    assert [w.above for w in back.words] == [w.above for w in plain_words(h)]
+    assert [w.above for w in back.words] == [w.above for w in plain_descriptions(h)]
     assert all(math.isnan(w.rate_above) for w in back.words)
 
 
 def test_levels_without_rows_survive(tmp_path) -> None:
     h = Hierarchy.stack([[], [], []], 4)
-    h.save(tmp_path / "h.npz")
-    back = Hierarchy.load(tmp_path / "h.npz")
+    save_problem(tmp_path / "h.npz", h)
+    back = load_problem(tmp_path / "h.npz").hierarchy
     assert (back.ends, back.A.shape) == (h.ends, (0, 4))
 
 
@@ -55,7 +57,7 @@ def test_no_damage_gets_through_unnoticed(tmp_path) -> None:
     """Any byte changed, any length cut: the same problem (a byte nobody reads) or a sentence."""
     h = random_hierarchy("boxes", 2, n=5)
     path = tmp_path / "h.npz"
-    h.save(path)
+    save_problem(path, h)
     whole = path.read_bytes()
     rng = np.random.default_rng(0)
     refused = 0
@@ -68,7 +70,7 @@ def test_no_damage_gets_through_unnoticed(tmp_path) -> None:
             del damaged[rng.integers(len(damaged)) :]
         path.write_bytes(damaged)
         try:
-            back = Hierarchy.load(path)
+            back = load_problem(path).hierarchy
         except InputError:
             refused += 1
         else:
@@ -114,7 +116,7 @@ LIES = {
 @pytest.mark.parametrize("lie", LIES)
 def test_a_file_that_contradicts_itself_is_refused(lie, tmp_path) -> None:
     path = tmp_path / "h.npz"
-    random_hierarchy("infeasible", 3, n=5).save(path)
+    save_problem(path, random_hierarchy("infeasible", 3, n=5))
     rewritten(path, LIES[lie])
     with pytest.raises(InputError, match=r"--save"):
         load_problem(path)
@@ -145,4 +147,4 @@ def test_other_places_are_told_apart(tmp_path) -> None:
     with pytest.raises(InputError, match="damaged"):
         load_problem(tmp_path / "text.npz")
     with pytest.raises(InputError, match="cannot be written"):
-        random_hierarchy("boxes", 2).save(tmp_path / "no" / "h.npz")
+        save_problem(tmp_path / "no" / "h.npz", random_hierarchy("boxes", 2))

@@ -9,10 +9,10 @@ from scipy.optimize import minimize
 
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.hqp import SOLVERS, Hierarchy, Status, certify, make_solver, violation
-from equipoise.hqp.active_set import ActiveSet
-from equipoise.hqp.cascade import Cascade
-from equipoise.hqp.level_problem import _Search
-from equipoise.hqp.recursion import Recursion
+from equipoise.hqp.solvers.active_set.solver import ActiveSet
+from equipoise.hqp.solvers.cascade import Cascade
+from equipoise.hqp.solvers.level_problem import _Search
+from equipoise.hqp.solvers.recursion import Recursion
 
 EXACT = ("active_set", "cascade")
 BOUNDED = ("active_set", "cascade", "daqp")

@@ -6,9 +6,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from equipoise.collision.distances import DistanceEvaluator
+from equipoise.collision.scene import Body, Scene, Shape
 from equipoise.contacts import ContactStack, SupportPolygon
-from equipoise.contacts.support import sole_corners
-from equipoise.distances import DistanceEvaluator
+from equipoise.contacts.support_polygon import sole_corners
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator, PostureNotFoundError, solve_posture
 from equipoise.spatial import pose
@@ -21,7 +22,6 @@ from equipoise.tasks import (
     JointLimitsTask,
     PostureTask,
 )
-from equipoise.world import Body, Scene, Shape
 from helpers import kinematics, sole_contacts
 
 STEPS = [0.002, 0.01, 0.05]

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from equipoise.collision.scene import Body, Scene, Shape
 from equipoise.contacts import ContactStack
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator
@@ -19,7 +20,6 @@ from equipoise.tasks import (
     Waypoint,
     WaypointTrajectory,
 )
-from equipoise.world import Body, Scene, Shape
 from helpers import kinematics, sole_contacts
 
 STEPS = (0.004, 0.002)  # [s]

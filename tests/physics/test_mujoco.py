@@ -8,11 +8,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from equipoise.collision.scene import Body, Shape
 from equipoise.contacts import ContactStack, SurfaceContact
 from equipoise.contacts.surfaces import Plane
 from equipoise.errors import InputError
 from equipoise.spatial import pose
-from equipoise.world import Body, Shape
 from helpers import kinematics, palm_grasp, random_state, sole_contacts
 
 mujoco = pytest.importorskip("mujoco")

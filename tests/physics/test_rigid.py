@@ -108,7 +108,7 @@ def test_drift_stays_small_whatever_the_step(hrp2, rng, dt):
     worst = 0.0
     for k in range(round(1.0 / dt)):
         state = engine.step(30 * np.sin(10 * k * dt + np.arange(hrp2.na)))
-        worst = max(worst, state.drift)
+        worst = max(worst, state.violation)
     moved = pin.difference(hrp2.model, hrp2.q_half_sitting, state.q)
     assert np.abs(moved).max() > 0.1
     assert worst < 2e-4

@@ -9,9 +9,9 @@ import pytest
 
 from equipoise.errors import RobotFileError
 from equipoise.robots import check_urdf, load_robot, robot_urdf_path
-from equipoise.robots.check_tree import MAX_DEPTH, MAX_JOINTS
-from equipoise.robots.description import MAX_BYTES
-from equipoise.robots.finding import ERROR, WARNING
+from equipoise.robots.files.check_tree import MAX_DEPTH, MAX_JOINTS
+from equipoise.robots.files.description import MAX_BYTES
+from equipoise.robots.files.finding import ERROR, WARNING
 
 INERTIAL = (
     '<inertial><origin xyz="0.1 0 0"/><mass value="2.0"/>'

@@ -13,7 +13,7 @@ import pytest
 
 from equipoise.errors import InputError
 from equipoise.robots import check_urdf, load_robot, robot_urdf_path
-from equipoise.robots.finding import ERROR
+from equipoise.robots.files.finding import ERROR
 
 URDF = robot_urdf_path("hrp2")
 BAD_NUMBERS = (

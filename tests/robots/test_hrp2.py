@@ -14,7 +14,7 @@ import pinocchio as pin
 import pytest
 
 from equipoise.robots import Robot, get_robot, robot_urdf_path
-from equipoise.robots.build import link_of
+from equipoise.robots.files.build import link_of
 
 TOOLS = Path(__file__).resolve().parents[2] / "tools"
 FACTS = json.loads((TOOLS / "hrp2_parameters.json").read_text(encoding="utf-8"))

@@ -7,8 +7,8 @@ import pytest
 
 from equipoise.errors import ScenarioError
 from equipoise.scenarios import parse_scenario, read_scenario, resolved_text
-from equipoise.scenarios.fades import build_fades
-from equipoise.scenarios.simulation import Simulation
+from equipoise.simulation.build.fades import build_fades
+from equipoise.simulation.simulation import Simulation
 
 REACH = """
 name: reach
@@ -19,7 +19,7 @@ contacts:
 tasks:
   limits: {kind: joint_limits, priority: 1}
   hand:
-    kind: frame_way
+    kind: frame_path
     frame: right_palm
     rate: 3.0
     priority: 2

@@ -8,7 +8,7 @@ import pytest
 from equipoise.errors import ScenarioError
 from equipoise.physics import DivergedError
 from equipoise.scenarios import read_scenario
-from equipoise.scenarios.simulation import Simulation
+from equipoise.simulation.simulation import Simulation
 
 pytest.importorskip("mujoco")
 
@@ -85,7 +85,7 @@ def test_a_bounded_distribution_keeps_the_pressure_inside():
 
 def test_the_welded_tray_goes_with_the_hands_and_is_logged():
     simulation, log = simulate("tray_real", "duration=0.6")
-    target = simulation.places.targets["tray"].at(0.6).T_world_target.translation
+    target = simulation.setup.targets["tray"].at(0.6).T_world_target.translation
     assert np.linalg.norm(log["object/tray"][-1, :3] - target) < 0.005
     assert log["object/tray"][:, 7].max() < 0.02
 

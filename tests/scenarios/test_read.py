@@ -15,11 +15,11 @@ from equipoise.scenarios import (
     read_scenario,
     resolved_text,
 )
+from equipoise.scenarios.lookup import frame_of
 from equipoise.scenarios.overrides import NAMED
-from equipoise.scenarios.places import build_places
 from equipoise.scenarios.schema import Name, Scenario
-from equipoise.scenarios.truth import true_robot
-from equipoise.scenarios.wording import frame_of
+from equipoise.simulation.build.plant import plant_robot
+from equipoise.simulation.build.setup import build_setup
 
 TEXT = named_scenarios()["tray"].read_text(encoding="utf-8")
 
@@ -162,7 +162,7 @@ def test_malformed_overrides_are_refused(override):
 def test_names_that_do_not_exist_are_refused_when_built(override, path, message):
     scenario = parse_scenario(TEXT, (override,))
     with pytest.raises((ScenarioError, NameNotFoundError), match=message) as caught:
-        build_places(scenario)
+        build_setup(scenario)
     assert str(caught.value).startswith(path)
 
 
@@ -177,11 +177,11 @@ def test_names_that_do_not_exist_are_refused_when_built(override, path, message)
     ],
 )
 def test_wrong_names_in_tasks_carry_their_path(override, path):
-    from equipoise.scenarios.levels import build_levels
+    from equipoise.simulation.build.levels import build_levels
 
     scenario = parse_scenario(TEXT, (override,))
     with pytest.raises(ScenarioError) as caught:
-        build_levels(scenario, build_places(scenario))
+        build_levels(scenario, build_setup(scenario))
     assert caught.value.path == path
 
 
@@ -200,19 +200,19 @@ def test_disturbances_change_the_true_robot_only():
         TEXT,
         ("disturbances.mass_scale=1.3", "disturbances.payloads=[{mass: 5.0, object: tray}]"),
     )
-    places = build_places(scenario)
-    nominal = places.robot.mass
-    assert true_robot(scenario, places).mass == pytest.approx(1.3 * nominal + 5.0)
-    assert places.robot.mass == nominal
+    setup = build_setup(scenario)
+    nominal = setup.robot.mass
+    assert plant_robot(scenario, setup).mass == pytest.approx(1.3 * nominal + 5.0)
+    assert setup.robot.mass == nominal
 
 
-def true_mass(places, links: str) -> float:
-    return true_robot(parse_scenario(TEXT, (f"disturbances.links={links}",)), places).mass
+def true_mass(setup, links: str) -> float:
+    return plant_robot(parse_scenario(TEXT, (f"disturbances.links={links}",)), setup).mass
 
 
 @pytest.fixture(scope="module")
 def tray_places():
-    return build_places(parse_scenario(TEXT))
+    return build_setup(parse_scenario(TEXT))
 
 
 @pytest.mark.parametrize("name", ["LLEG_LINK5", "LLEG_JOINT5"])
@@ -251,26 +251,26 @@ def test_the_world_has_no_mass_to_scale_and_is_not_pushed(tray_places):
 
 
 def test_a_waypoint_inside_the_desk_is_refused_by_name():
-    from equipoise.scenarios.sanity import check_waypoints
+    from equipoise.simulation.build.checks import check_waypoints
 
     scenario = parse_scenario(TEXT, ("world.objects.tray.waypoints.4.xyz=[0.52, 0.0, 0.80]",))
     with pytest.raises(ScenarioError, match="mm inside desk") as caught:
-        check_waypoints(scenario, build_places(scenario))
+        check_waypoints(scenario, build_setup(scenario))
     assert caught.value.path == "world.objects.tray.waypoints.4"
     nominal = parse_scenario(TEXT)
-    check_waypoints(nominal, build_places(nominal))
+    check_waypoints(nominal, build_setup(nominal))
 
 
 def test_a_contact_that_cannot_hold_is_refused_by_name():
     """A palm on a sphere two metres away, while both feet stand: no small step closes the gap."""
-    from equipoise.scenarios.sanity import check_contacts
+    from equipoise.simulation.build.checks import check_contacts
 
     far = (
         "contacts.far={kind: surface, frame: left_sole, "
         "surface: {sphere: 0.1, at: {xyz: [2.0, 0.0, 1.0]}}, force: {times: [0], values: [5.0]}}"
     )
     scenario = parse_scenario(TEXT, (far,))
-    places = build_places(scenario)
+    setup = build_setup(scenario)
     with pytest.raises(ScenarioError, match="cannot hold together") as caught:
-        check_contacts(places, places.robot.q_half_sitting, places.schedule.at(0.0))
+        check_contacts(setup, setup.robot.q_half_sitting, setup.schedule.at(0.0))
     assert caught.value.path in ("contacts.far", "contacts.grasp")

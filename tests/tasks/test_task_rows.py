@@ -8,9 +8,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from equipoise.collision.distances import DistanceEvaluator
+from equipoise.collision.scene import Body, Scene, Shape
 from equipoise.contacts import SupportPolygon
-from equipoise.contacts.support import sole_corners
-from equipoise.distances import DistanceEvaluator
+from equipoise.contacts.support_polygon import sole_corners
 from equipoise.hqp import Hierarchy, Rows, make_solver
 from equipoise.spatial import pose
 from equipoise.tasks import (
@@ -24,7 +25,6 @@ from equipoise.tasks import (
     Waypoint,
     WaypointTrajectory,
 )
-from equipoise.world import Body, Scene, Shape
 from helpers import kinematics, random_state, sole_contacts
 
 STEP = 1e-6

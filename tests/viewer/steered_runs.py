@@ -9,8 +9,8 @@ from unittest.mock import patch
 import numpy as np
 
 from equipoise.scenarios import read_scenario
-from equipoise.scenarios.simulation import Simulation
-from equipoise.scenarios.steering import StopRequested, Wishes
+from equipoise.simulation.operator import OperatorRequest, StopRequested
+from equipoise.simulation.simulation import Simulation
 
 
 @cache
@@ -27,14 +27,14 @@ def simulation(duration: float) -> Simulation:
 
 
 class Script:
-    """Steers by a list: wishes by tick; `stop` is the tick that is no longer run."""
+    """Steers by a list: request by tick; `stop` is the tick that is no longer run."""
 
-    def __init__(self, wishes: Mapping[int, Wishes], stop: int | None = None) -> None:
+    def __init__(self, request: Mapping[int, OperatorRequest], stop: int | None = None) -> None:
         self.paused_s = 0.0
         self.seen: list[float] = []
-        self._wishes, self._stop = dict(wishes), stop
+        self._wishes, self._stop = dict(request), stop
 
-    def before_tick(self, t: float) -> Wishes | None:
+    def before_tick(self, t: float) -> OperatorRequest | None:
         """Return what the script says."""
         if self._stop is not None and len(self.seen) >= self._stop:
             raise StopRequested

@@ -10,7 +10,7 @@ from viewer_logs import tray_places
 
 pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.[viewer]'")
 
-from equipoise.analysis.sole_arrows import OUTSIDE, SOLE_SCALE, outer_sides, sole_arrow
+from equipoise.analysis.rendering.sole_arrows import OUTSIDE, SOLE_SCALE, outer_sides, sole_arrow
 from equipoise.contacts import SoleContact
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
 from equipoise.scenarios import read_scenario
@@ -21,8 +21,8 @@ from equipoise.viewer.forces import (
     PushLayer,
     force_arrows,
 )
+from equipoise.viewer.layer import Moment
 from equipoise.viewer.server import ViewerServer
-from equipoise.viewer.showing import Moment
 
 
 @pytest.fixture(scope="module")
@@ -38,12 +38,12 @@ def _ways(arrows: list[Array], scale: float) -> list[Array]:
 
 
 def test_the_floor_pushes_the_feet_up_beside_them() -> None:
-    places = tray_places()
-    sides = outer_sides(places)
+    setup = tray_places()
+    sides = outer_sides(setup)
     assert sorted(sides.values()) == [-1.0, 1.0]
-    weight = places.robot.mass * 9.81
+    weight = setup.robot.mass * 9.81
     total = np.zeros(3)
-    for contact in places.soles.contacts:
+    for contact in setup.soles.contacts:
         arm, force = np.array([0.03, -0.01, 0.0]), np.array([4.0, -3.0, weight / 2.0])
         lam = np.concatenate([force, np.cross(arm, force)])
         arrow = sole_arrow(contact, lam, sides[contact.name])
@@ -56,7 +56,7 @@ def test_the_floor_pushes_the_feet_up_beside_them() -> None:
         assert np.allclose(foot[[0, 2]], arm[[0, 2]])  # on the floor, level with the pressure
         outside = max(foot[1] - sole.y_max, sole.y_min - foot[1])
         assert outside == pytest.approx(OUTSIDE)
-        others = [c.T_world_anchor.translation for c in places.soles.contacts if c is not contact]
+        others = [c.T_world_anchor.translation for c in setup.soles.contacts if c is not contact]
         middle = T.translation
         assert all(np.dot(tail - middle, other - middle) < 0.0 for other in others)
         further = sole_arrow(contact, lam, sides[contact.name], 0.02)
@@ -74,8 +74,8 @@ def test_no_arrow_for_a_foot_in_the_air() -> None:
 
 def test_arrows_of_a_grasp_do_the_work_of_its_multiplier(kin: Kinematics) -> None:
     """J_phi^T lam is what the drawn forces and the moments about b's origin do to the joints."""
-    places = tray_places()
-    contact = next(c for c in places.contacts.contacts if c.name == "grasp")
+    setup = tray_places()
+    contact = next(c for c in setup.contacts.contacts if c.name == "grasp")
     lam = np.array([2.0, -1.0, 15.0, 0.0, 0.0, 0.0])
     arrows = force_arrows(contact, Moment(0.0, {}, kin), lam, 0.0)
     on_b, on_a = _ways(arrows, HAND_SCALE)
@@ -86,17 +86,17 @@ def test_arrows_of_a_grasp_do_the_work_of_its_multiplier(kin: Kinematics) -> Non
     J_a, J_b = kin.jacobian(contact.frame_a), kin.jacobian(contact.frame_b)
     moment_on_a = np.cross(apart, on_a)  # the force on a acts at b's origin
     drawn = J_b[:3].T @ on_b + J_a[:3].T @ on_a + J_a[3:].T @ moment_on_a
-    rows = places.contacts.rows["grasp"]
-    J_phi = places.contacts.jacobian(kin)[rows]
+    rows = setup.contacts.rows["grasp"]
+    J_phi = setup.contacts.jacobian(kin)[rows]
     assert np.allclose(drawn, J_phi.T @ lam, atol=1e-9)
     assert np.dot(on_b, apart) > 0.0  # squeezing, the object pushes the hands apart
 
 
 def test_a_push_ends_where_it_acts(server: ViewerServer, kin: Kinematics) -> None:
-    places = tray_places()
-    palm = places.robot.palms[0].frame
+    setup = tray_places()
+    palm = setup.robot.palms[0].frame
     pushes = f"faults.pushes=[{{frame: {palm}, force: [0, 50, 0], start: 1.0, duration: 0.5}}]"
-    layer = PushLayer(server.viser.scene, read_scenario("tray", [pushes]), places)
+    layer = PushLayer(server.viser.scene, read_scenario("tray", [pushes]), setup)
     point, force = np.array([0.1, 0.2, 0.9]), np.array([30.0, -10.0, 5.0])
 
     def drawn(t: float, **values: Array) -> np.ndarray:
@@ -108,7 +108,7 @@ def test_a_push_ends_where_it_acts(server: ViewerServer, kin: Kinematics) -> Non
     assert np.allclose(tip, point, atol=1e-6)
     assert np.allclose((tip - tail) / PUSH_SCALE, force, atol=1e-3)
     [(tail, tip)] = drawn(1.2)
-    at = kin.placement(places.robot.frame_id(palm)).translation
+    at = kin.placement(setup.robot.frame_id(palm)).translation
     assert np.allclose(tip, at, atol=1e-6)
     assert np.allclose((tip - tail) / PUSH_SCALE, (0.0, 50.0, 0.0), atol=1e-3)
     assert len(drawn(1.2, push=force, push_point=point)) == 2

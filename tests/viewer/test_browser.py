@@ -33,7 +33,7 @@ from browser import (
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from equipoise.analysis.report import make_report
+from equipoise.analysis.report.page import make_report
 from equipoise.viewer.longlog import LongLog
 from equipoise.viewer.replay import Replay
 from equipoise.viewer.server import ViewerServer

@@ -20,7 +20,7 @@ from equipoise.viewer.server import ViewerServer
 
 
 @pytest.fixture
-def stage(server: ViewerServer, monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+def sent_scene(server: ViewerServer, monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     robot = tray_places().robot
     parts = robot_parts(tray_places().scene)
     drawing = Drawing(server.viser.scene, "/robot", parts, robot.model.parents)
@@ -48,23 +48,23 @@ def bent(robot: Robot, joint: int, angle: float) -> np.ndarray:
     return q
 
 
-def test_a_joint_that_turns_is_one_message(stage: SimpleNamespace) -> None:
-    robot, drawing = stage.robot, stage.drawing
+def test_a_joint_that_turns_is_one_message(sent_scene: SimpleNamespace) -> None:
+    robot, drawing = sent_scene.robot, sent_scene.drawing
     drawing.place(placements(robot, robot.q_half_sitting))
-    stage.sent.clear()
+    sent_scene.sent.clear()
     drawing.place(placements(robot, robot.q_half_sitting))
-    assert stage.sent == []
+    assert sent_scene.sent == []
     drawing.place(placements(robot, bent(robot, 2, 0.1)))
-    assert stage.sent == ["SetOrientationMessage"]
-    stage.sent.clear()
+    assert sent_scene.sent == ["SetOrientationMessage"]
+    sent_scene.sent.clear()
     moved = bent(robot, 2, 0.1)
     moved[0] += 0.05
     drawing.place(placements(robot, moved))
-    assert stage.sent == ["SetPositionMessage"]
+    assert sent_scene.sent == ["SetPositionMessage"]
 
 
-def test_the_nodes_make_up_the_places_of_all_joints(stage: SimpleNamespace) -> None:
-    robot, drawing = stage.robot, stage.drawing
+def test_the_nodes_make_up_the_places_of_all_joints(sent_scene: SimpleNamespace) -> None:
+    robot, drawing = sent_scene.robot, sent_scene.drawing
     rng = np.random.default_rng(8)
     for _ in range(3):
         q = pin.integrate(robot.model, robot.q_half_sitting, rng.normal(scale=0.4, size=robot.nv))
@@ -78,8 +78,8 @@ def test_the_nodes_make_up_the_places_of_all_joints(stage: SimpleNamespace) -> N
             assert above is None or node.name.startswith(drawing._nodes[above].name + "/")
 
 
-def test_the_ghost_is_drawn_where_it_comes_out(stage: SimpleNamespace) -> None:
-    robot, ghost = stage.robot, stage.ghost
+def test_the_ghost_is_drawn_where_it_comes_out(sent_scene: SimpleNamespace) -> None:
+    robot, ghost = sent_scene.robot, sent_scene.ghost
     q = robot.q_half_sitting.copy()
     there = placements(robot, q)
     ghost.place(q, there)
@@ -90,21 +90,21 @@ def test_the_ghost_is_drawn_where_it_comes_out(stage: SimpleNamespace) -> None:
     assert ghost._drawing._top.visible
     ghost.place(q, there)
     assert not ghost._drawing._top.visible
-    stage.drawing.set_opacity(0.5)
+    sent_scene.drawing.set_opacity(0.5)
     ghost.reconsider()
     assert ghost._drawing._top.visible  # it shows through
     ghost.set_visible(False)
     assert not ghost._drawing._top.visible
     ghost.set_visible(True)
-    stage.drawing.set_opacity(1.0)
-    stage.drawing.set_visible(False)
+    sent_scene.drawing.set_opacity(1.0)
+    sent_scene.drawing.set_visible(False)
     ghost.reconsider()
     assert ghost._drawing._top.visible  # nothing covers it
 
 
-def test_no_corner_moves_further_than_the_bound(stage: SimpleNamespace) -> None:
+def test_no_corner_moves_further_than_the_bound(sent_scene: SimpleNamespace) -> None:
     rng = np.random.default_rng(9)
-    for part in stage.parts[::5]:
+    for part in sent_scene.parts[::5]:
         corners = part.mesh.vertices
         reach = float(np.linalg.norm(corners, axis=1).max())
         for size in (1e-3, 0.1, 2.0):

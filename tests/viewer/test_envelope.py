@@ -53,13 +53,13 @@ def test_what_is_not_finite_hides_nothing_else(rng: np.random.Generator) -> None
 
 
 def test_a_spike_of_one_tick_is_seen_after_all_pieces(sway: Path) -> None:
-    log, places = LongLog(sway), tray_places()
-    plot = plots_of(log.run.channels, places)["Torques"]
+    log, setup = LongLog(sway), tray_places()
+    plot = plots_of(log.run.channels, setup)["Torques"]
     envelope = Envelope(plot.curves, log.t_first, log.t_last, 40)
     for _, arrays in log.pieces((8, 1)):
         envelope.add(arrays)
     _, shown = envelope.of(range(len(plot.curves)))
-    wanted = 100.0 * SPIKE / places.robot.tau_max[0]
+    wanted = 100.0 * SPIKE / setup.robot.tau_max[0]
     assert shown.max() == pytest.approx(wanted)
 
 

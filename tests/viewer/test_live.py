@@ -20,35 +20,35 @@ from websockets.sync.client import connect
 
 from equipoise.runlog import load_run
 from equipoise.scenarios import read_scenario
-from equipoise.scenarios.loop import Ending, run_simulation
-from equipoise.scenarios.steering import Wishes
+from equipoise.simulation.loop import Ending, run_simulation
+from equipoise.simulation.operator import OperatorRequest
 from equipoise.viewer.bridge import Bridge, base_link
+from equipoise.viewer.operator_panel import OperatorPanel
 from equipoise.viewer.server import ViewerServer
-from equipoise.viewer.steering_panel import SteeringPanel
 
 
 def test_the_panel_asks_only_for_what_was_changed(server: ViewerServer) -> None:
     sent: list[tuple[str, object]] = []
-    panel = SteeringPanel(
+    panel = OperatorPanel(
         server.viser.gui,
         read_scenario("tray"),
         tray_places(),
         "BODY",
         lambda kind, content: sent.append((kind, content)),
     )
-    assert panel.wishes == Wishes()
+    assert panel.request == OperatorRequest()
     panel._push[0].value = 30.0
     panel._gains["alpha"].value = 12.5
     panel._forces["grasp/fz"].value = 5.0
     assert sent == []  # only a person's hand sends
     panel._changed(SimpleNamespace(client_id=1))
-    wanted = Wishes(
+    wanted = OperatorRequest(
         push=(30.0, 0.0, 0.0),
         push_frame="BODY",
         gains={"alpha": 12.5},
         forces={"grasp/fz": 5.0},
     )
-    assert sent == [("wishes", wanted)]
+    assert sent == [("request", wanted)]
     panel._release()
     assert sent[-1][1].push == (0.0, 0.0, 0.0)
     panel.step(3)
@@ -60,13 +60,13 @@ def test_what_was_typed_last_is_sent_last(server: ViewerServer) -> None:
     sent: list[float] = []
     first_is_on_its_way, go_on = threading.Event(), threading.Event()
 
-    def send(_kind: str, wishes: Wishes) -> None:
+    def send(_kind: str, request: OperatorRequest) -> None:
         if not first_is_on_its_way.is_set():
             first_is_on_its_way.set()
             go_on.wait(10.0)
-        sent.append(wishes.gains["alpha"])
+        sent.append(request.gains["alpha"])
 
-    panel = SteeringPanel(server.viser.gui, read_scenario("tray"), tray_places(), "BODY", send)
+    panel = OperatorPanel(server.viser.gui, read_scenario("tray"), tray_places(), "BODY", send)
     hand = SimpleNamespace(client_id=1)
     threads = [threading.Thread(target=panel._changed, args=(hand,)) for _ in range(2)]
     panel._gains["alpha"].value = 7.0
@@ -91,7 +91,7 @@ def test_the_button_says_what_the_run_was_told_last(server: ViewerServer) -> Non
             go_on.wait(10.0)
         sent.append((kind, content))
 
-    panel = SteeringPanel(server.viser.gui, read_scenario("tray"), tray_places(), "BODY", send)
+    panel = OperatorPanel(server.viser.gui, read_scenario("tray"), tray_places(), "BODY", send)
     threads = [threading.Thread(target=action) for action in (lambda: panel.step(1), panel.toggle)]
     threads[0].start()
     assert first_is_on_its_way.wait(10.0)
@@ -173,7 +173,10 @@ def test_pause_step_and_stop_reach_the_loop() -> None:
     bridge = Bridge(made, "127.0.0.1", 0)
     try:
         made.steer(bridge)
-        for message in (("step", 3), ("wishes", Wishes(push=(1.0, 0.0, 0.0), push_frame="BODY"))):
+        for message in (
+            ("step", 3),
+            ("request", OperatorRequest(push=(1.0, 0.0, 0.0), push_frame="BODY")),
+        ):
             bridge._take(*message)
         ticks = made.ticks()
         times = [next(ticks)[0] for _ in range(3)]
@@ -186,8 +189,8 @@ def test_pause_step_and_stop_reach_the_loop() -> None:
         waiting.join(timeout=10.0)
         assert len(times) == 4
         assert bridge.paused_s > 0.0
-        assert made.helm is not None
-        assert made.helm.wishes.push == (1.0, 0.0, 0.0)
+        assert made.operator_port is not None
+        assert made.operator_port.request.push == (1.0, 0.0, 0.0)
     finally:
         bridge.close()
     assert not bridge.process.is_alive()

@@ -23,8 +23,8 @@ from selenium.webdriver.common.keys import Keys
 from steered_runs import simulation
 
 from equipoise.runlog import load_run
-from equipoise.scenarios.loop import Ending, RunOutcome, run_simulation
-from equipoise.scenarios.steering import Wishes
+from equipoise.simulation.loop import Ending, RunOutcome, run_simulation
+from equipoise.simulation.operator import OperatorRequest
 from equipoise.viewer.bridge import Bridge
 
 pytestmark = pytest.mark.skipif(
@@ -55,7 +55,7 @@ class LivePage:
         """How long [s] the run has stood."""
         return self.bridge.paused_s
 
-    def before_tick(self, t: float) -> Wishes | None:
+    def before_tick(self, t: float) -> OperatorRequest | None:
         """Ask the page's side."""
         return self.bridge.before_tick(t)
 

@@ -19,11 +19,11 @@ from scene_poses import in_the_world
 from equipoise.cli import cli
 from equipoise.errors import EquipoiseError
 from equipoise.kinematics import KinematicsEvaluator
+from equipoise.viewer.layer import Moment
 from equipoise.viewer.layers import centre_of_pressure
 from equipoise.viewer.longlog import LongLog
 from equipoise.viewer.replay import Replay
 from equipoise.viewer.server import ViewerServer
-from equipoise.viewer.showing import Moment
 
 
 @pytest.fixture
@@ -86,21 +86,19 @@ def test_plots_and_trails_come_by_themselves(replay: Replay) -> None:
 
 
 def test_the_centre_of_pressure_is_where_the_force_acts(hrp2) -> None:
-    places = tray_places()
-    kin = KinematicsEvaluator(places.robot).at(
-        places.robot.q_half_sitting, np.zeros(places.robot.nv)
-    )
+    setup = tray_places()
+    kin = KinematicsEvaluator(setup.robot).at(setup.robot.q_half_sitting, np.zeros(setup.robot.nv))
     values, points = {}, []
-    for k, contact in enumerate(places.soles.contacts):
+    for k, contact in enumerate(setup.soles.contacts):
         arm = np.array([0.03, -0.02 * k, 0.0])
         force = np.array([5.0, -3.0, 200.0 + 100.0 * k])
         values[f"lam/{contact.name}"] = np.concatenate([force, np.cross(arm, force)])
         points.append(contact.T_world_anchor.act(arm))
     wanted = (200.0 * points[0] + 300.0 * points[1]) / 500.0
-    found = centre_of_pressure(places, Moment(0.0, values, kin))
+    found = centre_of_pressure(setup, Moment(0.0, values, kin))
     assert found is not None
     assert np.allclose(found, wanted)
-    assert centre_of_pressure(places, Moment(0.0, {}, kin)) is None
+    assert centre_of_pressure(setup, Moment(0.0, {}, kin)) is None
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from scene_poses import in_the_world
 from equipoise.cli import cli
 from equipoise.errors import InputError, RobotFileError
 from equipoise.robots import Robot, robot_urdf_path
-from equipoise.robots.finding import WARNING, Finding
+from equipoise.robots.files.finding import WARNING, Finding
 from equipoise.viewer.robot_view import RobotView, findings_table, limits_table
 from equipoise.viewer.server import ViewerServer
 

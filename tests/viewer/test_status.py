@@ -10,11 +10,11 @@ import pytest
 
 pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.[viewer]'")
 
-from equipoise.analysis.report_modes import modes_sentence, status_sentence
+from equipoise.analysis.report.modes import modes_sentence, status_sentence
 from equipoise.control import Mode
 from equipoise.runlog import Channel, Run, RunWriter, load_run
-from equipoise.scenarios.rig import MODE_CODES
-from equipoise.viewer.showing import Moment
+from equipoise.simulation.robot_interface import MODE_CODES
+from equipoise.viewer.layer import Moment
 from equipoise.viewer.status_line import status_html
 
 

@@ -1,4 +1,4 @@
-"""Steering a running simulation: what is wished happens, is logged, and nothing else happens."""
+"""Operator a running simulation: what is wished happens, is logged, and nothing else happens."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pytest
 from steered_runs import Script, simulation
 
 from equipoise.runlog import Run, load_run
-from equipoise.scenarios.loop import Ending, RunOutcome, run_simulation
-from equipoise.scenarios.simulation import Simulation
-from equipoise.scenarios.steering import Wishes
+from equipoise.simulation.loop import Ending, RunOutcome, run_simulation
+from equipoise.simulation.operator import OperatorRequest
+from equipoise.simulation.simulation import Simulation
 
 PUSH = np.array([40.0, -25.0, 10.0])
 
@@ -41,7 +41,7 @@ def test_without_wishes_nothing_changes(free: Run, tmp_path: Path) -> None:
 
 def test_a_push_is_a_force_on_the_robot_newton_says(free: Run, tmp_path: Path) -> None:
     at = 20
-    wish = Wishes(push=tuple(PUSH), push_frame="BODY")
+    wish = OperatorRequest(push=tuple(PUSH), push_frame="BODY")
     pushed, outcome, made = run(tmp_path / "run", Script({at: wish}))
     assert np.array_equal(pushed["q"][: at + 1], free["q"][: at + 1])
     assert (pushed["push"][:at] == 0.0).all()
@@ -67,7 +67,9 @@ def _momentum_rate(run: Run, made: Simulation, k: int) -> np.ndarray:
 
 
 def test_a_wanted_force_is_added_exactly(free: Run, tmp_path: Path) -> None:
-    steered, outcome, _ = run(tmp_path / "run", Script({10: Wishes(forces={"grasp/fz": 7.5})}))
+    steered, outcome, _ = run(
+        tmp_path / "run", Script({10: OperatorRequest(forces={"grasp/fz": 7.5})})
+    )
     shift = steered["lam_ref/grasp"] - free["lam_ref/grasp"]
     assert (shift[:10] == 0.0).all()
     assert np.allclose(shift[10:], 7.5, rtol=0.0, atol=1e-12)
@@ -75,8 +77,8 @@ def test_a_wanted_force_is_added_exactly(free: Run, tmp_path: Path) -> None:
 
 
 def test_gains_change_for_the_law_and_in_the_log(free: Run, tmp_path: Path) -> None:
-    wish = Wishes(damping_factor=0.5, gains={"alpha": 8.0, "eta": 11.0})
-    steered, outcome, made = run(tmp_path / "run", Script({15: wish, 25: Wishes()}))
+    wish = OperatorRequest(damping_factor=0.5, gains={"alpha": 8.0, "eta": 11.0})
+    steered, outcome, made = run(tmp_path / "run", Script({15: wish, 25: OperatorRequest()}))
     labels = steered.channels["gains"].labels
     shown = {label: steered["gains"][:, i] for i, label in enumerate(labels)}
     inside = slice(15, 25)
@@ -95,17 +97,19 @@ def test_gains_change_for_the_law_and_in_the_log(free: Run, tmp_path: Path) -> N
 @pytest.mark.parametrize(
     "wish",
     [
-        Wishes(gains={"alpah": 3.0}),
-        Wishes(gains={"alpha": -3.0}),
-        Wishes(damping_factor=0.0),
-        Wishes(damping_factor=np.nan),
-        Wishes(forces={"grasp/fx": 3.0}),
-        Wishes(forces={"grasp/fz": np.inf}),
-        Wishes(push=(np.nan, 0.0, 0.0), push_frame="BODY"),
-        Wishes(push=(1.0, 0.0, 0.0), push_frame="BDOY"),
+        OperatorRequest(gains={"alpah": 3.0}),
+        OperatorRequest(gains={"alpha": -3.0}),
+        OperatorRequest(damping_factor=0.0),
+        OperatorRequest(damping_factor=np.nan),
+        OperatorRequest(forces={"grasp/fx": 3.0}),
+        OperatorRequest(forces={"grasp/fz": np.inf}),
+        OperatorRequest(push=(np.nan, 0.0, 0.0), push_frame="BODY"),
+        OperatorRequest(push=(1.0, 0.0, 0.0), push_frame="BDOY"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_words(free: Run, tmp_path: Path, wish: Wishes) -> None:
+def test_what_makes_no_sense_is_refused_in_words(
+    free: Run, tmp_path: Path, wish: OperatorRequest
+) -> None:
     steered, outcome, _ = run(tmp_path / "run", Script({5: wish}), ticks=8)
     assert outcome.ending is Ending.COMPLETED
     assert len(outcome.changes) == 1

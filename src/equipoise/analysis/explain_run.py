@@ -13,7 +13,7 @@ from equipoise.errors import InputError, NonFiniteError, RunLogError
 from equipoise.hqp import (
     Explanation,
     Hierarchy,
-    RowWords,
+    RowDescription,
     Solution,
     explain,
     load_problem,
@@ -23,11 +23,11 @@ from equipoise.hqp import (
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.motion import Fading
 from equipoise.runlog import Run, load_run
-from equipoise.scenarios.fades import build_fades
-from equipoise.scenarios.levels import build_levels
-from equipoise.scenarios.places import build_places
 from equipoise.scenarios.read import parse_scenario
-from equipoise.tasks import words_of
+from equipoise.simulation.build.fades import build_fades
+from equipoise.simulation.build.levels import build_levels
+from equipoise.simulation.build.setup import build_setup
+from equipoise.tasks import describe_rows
 
 AROUND = 0.05  # [s] what is loaded of a log on either side; more than two of the longest periods
 AGREES = 1e-4  # [m/s, rad/s] how far the rebuilt velocity may be from the logged one: a robot at
@@ -46,7 +46,7 @@ class RebuiltTick:
     t: float
     hierarchy: Hierarchy
     solution: Solution
-    words: tuple[RowWords, ...]
+    words: tuple[RowDescription, ...]
     difference: float
     fading: dict[str, float]
 
@@ -63,12 +63,12 @@ def rebuild_tick(place: Path | str, t: float) -> RebuiltTick:
     """
     run = _load_around(place, t)
     scenario = parse_scenario(run.scenario_text)
-    places = build_places(scenario)
-    levels = build_levels(scenario, places)
+    setup = build_setup(scenario)
+    levels = build_levels(scenario, setup)
     k = run.at(t)
     time = float(run.t[k])
-    v_before = run["v_ref"][k - 1] if k > 0 else np.zeros(places.robot.nv)
-    kin = KinematicsEvaluator(places.robot).at(run["q_ref"][k], v_before, time)
+    v_before = run["v_ref"][k - 1] if k > 0 else np.zeros(setup.robot.nv)
+    kin = KinematicsEvaluator(setup.robot).at(run["q_ref"][k], v_before, time)
     fades = build_fades(scenario)
     fading = Fading(levels, fades, partial(make_solver, scenario.control.solver))
     parts = fading.parts(kin, time)
@@ -82,7 +82,7 @@ def rebuild_tick(place: Path | str, t: float) -> RebuiltTick:
             given=str(place),
             remedy="Explain the run with the version of Equipoise, and the robot, that made it",
         )
-    words = words_of([task for level in levels for task in level], hierarchy)
+    words = describe_rows([task for level in levels for task in level], hierarchy)
     fading_now = {name: w for name, w in fading.weights(time).items() if 0.0 < w < 1.0}
     return RebuiltTick(time, hierarchy, solution, words, difference, fading_now)
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import click
 
 from equipoise.bench.compare import compare
-from equipoise.bench.growth import growth, linear_share
 from equipoise.bench.memory import measure_memory
 from equipoise.bench.peers import parse_pythons
+from equipoise.bench.print_tables import show_changes, show_ratios, show_rows
 from equipoise.bench.problem import make_problem
 from equipoise.bench.rows import read_rows, require_place, write_rows
 from equipoise.bench.run import QUICK_TICKS, run_bench
-from equipoise.bench.show import show_changes, show_ratios, show_rows
+from equipoise.bench.scaling import growth, linear_share
 from equipoise.console import Progress
 
 GROWTH_TICKS = 400

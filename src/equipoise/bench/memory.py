@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from equipoise.bench.interleave import Progress
 from equipoise.bench.problem import HANDS, Problem
-from equipoise.bench.race import Progress
-from equipoise.bench.thrown import throw_hands
+from equipoise.bench.unreachable_targets import throw_hands
 from equipoise.control import Measurement, Target
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator

@@ -11,8 +11,8 @@ import mink
 import mujoco
 import numpy as np
 
+from equipoise.bench.interleave import TURN
 from equipoise.bench.problem import FEET, Problem
-from equipoise.bench.race import TURN
 from equipoise.physics.mujoco import MujocoOptions
 from equipoise.physics.mujoco.conversion import StateConversion
 from equipoise.physics.mujoco.robot_model import add_robot, place
@@ -85,7 +85,7 @@ def _model(problem: Problem) -> tuple[Any, dict[str, str]]:
     for name, task in problem.frame_tasks().items():
         frame = robot.model.frames[task.frame_id]
         place(bodies[frame.parentJoint].add_site(name=name), frame.placement)
-    scene, names = problem.simulation.places.scene, {}
+    scene, names = problem.simulation.setup.scene, {}
     for body in sorted({name for pair in problem.pairs for name in (pair.first, pair.second)}):
         (index,) = scene.shapes_of(body)
         shape = scene.geometry.geometryObjects[index]
@@ -110,9 +110,9 @@ def _shape(body: Any, name: str, geometry: coal.CollisionGeometry) -> Any:
 
 def _qpos(problem: Problem, model: Any, q: np.ndarray) -> np.ndarray:
     joints = [model.joint(name) for name in problem.robot.joint_names]
-    places = StateConversion([j.qposadr[0] for j in joints], [j.dofadr[0] for j in joints])
+    conversion = StateConversion([j.qposadr[0] for j in joints], [j.dofadr[0] for j in joints])
     qpos = np.zeros(model.nq)
-    places.write_q(q, qpos)
+    conversion.write_q(q, qpos)
     return qpos
 
 

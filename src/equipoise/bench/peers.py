@@ -7,8 +7,8 @@ import importlib.util
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from equipoise.bench.interleave import Contender
 from equipoise.bench.problem import Problem
-from equipoise.bench.race import Contender
 from equipoise.errors import InputError, NameNotFoundError
 
 _LEVELS = "strict levels (weights instead), balance, gaze, contact forces, the torque law"
@@ -63,7 +63,7 @@ def make_peers(
             if name not in pythons:
                 say(f"{name} is left out: name a Python that has it, --peer-python {name}=PATH")
                 continue
-            from equipoise.bench.apart import ApartPeer
+            from equipoise.bench.subprocess_peer import ApartPeer
 
             found.append(ApartPeer(problem, name, pythons[name], ticks))
         elif missing_of(peer):

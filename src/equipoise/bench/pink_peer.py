@@ -11,8 +11,8 @@ from pink.barriers import SelfCollisionBarrier
 from pink.exceptions import PinkError
 from pink.tasks import FrameTask, PostureTask
 
+from equipoise.bench.interleave import TURN
 from equipoise.bench.problem import FEET, Problem
-from equipoise.bench.race import TURN
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask
 
@@ -78,7 +78,7 @@ class PinkPeer:
 
 
 def _geometry(problem: Problem) -> pin.GeometryModel:
-    scene = problem.simulation.places.scene
+    scene = problem.simulation.setup.scene
     geometry = scene.geometry.copy()
     geometry.removeAllCollisionPairs()
     for pair in problem.pairs:

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from equipoise.collision.scene import Pair
 from equipoise.errors import InputError
 from equipoise.robots import Robot
 from equipoise.scenarios import read_scenario
-from equipoise.scenarios.places import build_places
 from equipoise.scenarios.schema import Scenario
-from equipoise.scenarios.simulation import Simulation
+from equipoise.simulation.build.setup import build_setup
+from equipoise.simulation.simulation import Simulation
 from equipoise.spatial import Array
 from equipoise.tasks import FramePoseTask, Task
-from equipoise.world import Pair
 
 PAIRS = 8
 HANDS, FEET = ("left_hand", "right_hand"), ("left_foot", "right_foot")
@@ -60,7 +60,7 @@ class Problem:
 
     def lam_ref(self, t: float) -> Array:
         """Return the wanted forces of the regulated rows at time `t` [s]."""
-        held, wanted = self.simulation.places.schedule.at(t).contacts, self.simulation.wanted_forces
+        held, wanted = self.simulation.setup.schedule.at(t).contacts, self.simulation.wanted_forces
         return np.array([force(t) for contact in held for force in wanted[contact.name]])
 
 
@@ -76,7 +76,7 @@ def make_problem(robot: str) -> Problem:
     )
     contacts, feet_and_com, *others = simulation.levels
     levels = ((*contacts, *feet_and_com), *(tuple(level) for level in others))
-    scene = simulation.places.scene
+    scene = simulation.setup.scene
     return Problem(
         simulation.robot.name, simulation, levels, tuple(scene.pair(*pair) for pair in pairs)
     )
@@ -84,7 +84,7 @@ def make_problem(robot: str) -> Problem:
 
 def _single_pairs(scenario: Scenario) -> list[tuple[str, str]]:
     """Return the first pairs of the scenario in which both bodies have one shape."""
-    scene = build_places(scenario).scene
+    scene = build_setup(scenario).scene
     single = [
         (first, second)
         for first, second in scenario.tasks["obstacles"].pairs

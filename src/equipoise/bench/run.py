@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from equipoise.bench.own import DaqpBeside, HardCase, OwnTick
+from equipoise.bench.equipoise_contenders import DaqpBeside, HardCase, OwnTick
+from equipoise.bench.interleave import Contender, Progress, interleave
 from equipoise.bench.peers import check_pythons, make_peers
 from equipoise.bench.problem import make_problem
-from equipoise.bench.race import Contender, Progress, race
 from equipoise.bench.rows import Row
 
 QUICK_TICKS = 60
@@ -40,7 +40,7 @@ def run_bench(
         ]
         peers = make_peers(problem, pythons, count, say if k == 0 else _hush)
         try:
-            rows += race([*contenders, *peers], count, report)
+            rows += interleave([*contenders, *peers], count, report)
         finally:
             for peer in peers:
                 if hasattr(peer, "close"):

@@ -9,13 +9,13 @@ from equipoise.contacts.moving import (
     SurfaceMotion,
 )
 from equipoise.contacts.point import PointContact
-from equipoise.contacts.reaction import ReactionMargins, margins_of, outline, reaction_margins
 from equipoise.contacts.rows import ContactRows
 from equipoise.contacts.schedule import ContactSchedule
 from equipoise.contacts.sole import SoleContact
 from equipoise.contacts.stack import ContactStack, Factor, StackedContacts
-from equipoise.contacts.support import SupportPolygon
+from equipoise.contacts.support_polygon import SupportPolygon
 from equipoise.contacts.surface import SurfaceContact
+from equipoise.contacts.wrench_cone import ReactionMargins, margins_of, outline, reaction_margins
 
 __all__ = [
     "CompiledContact",

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.compilation import compiled
+from equipoise.compiled.compilation import compiled
+from equipoise.compiled.scratch import scratch, scratch_matrix
 from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
 from equipoise.contacts.body_point import ORIGIN, require_offset
 from equipoise.errors import ShapeError
-from equipoise.kinematics_kernels import frame_motion
-from equipoise.scratch import scratch, scratch_matrix
+from equipoise.kinematics.kernels import frame_motion
 from equipoise.spatial import Array
-from equipoise.spatial_kernels import crossed, turned
+from equipoise.spatial.kernels import crossed, turned
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from equipoise.compilation import entrance
+from equipoise.compiled.compilation import entrance
 from equipoise.contacts.base import CompiledContact
 from equipoise.contacts.grasp import grasp_drift, grasp_rows
 from equipoise.contacts.point import point_drift_rows, point_rows

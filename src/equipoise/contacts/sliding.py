@@ -11,16 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.compilation import compiled, entrance
+from equipoise.compiled.compilation import compiled, entrance
+from equipoise.compiled.scratch import scratch, scratch_matrix
 from equipoise.contacts.base import RowsContact
 from equipoise.contacts.body_point import ORIGIN, point_position, require_offset
 from equipoise.contacts.rows import ContactRows
 from equipoise.contacts.surfaces import Surface
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics_kernels import add_point_row, frame_motion
-from equipoise.scratch import scratch, scratch_matrix
+from equipoise.kinematics.kernels import add_point_row, frame_motion
 from equipoise.spatial import Array
-from equipoise.spatial_kernels import crossed, turned, turned_back
+from equipoise.spatial.kernels import crossed, turned, turned_back
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.compilation import compiled
+from equipoise.compiled.compilation import compiled
+from equipoise.compiled.scratch import scratch_matrix
 from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics_kernels import frame_motion
+from equipoise.kinematics.kernels import frame_motion
 from equipoise.robots import Sole
-from equipoise.scratch import scratch_matrix
 from equipoise.spatial import Array, pose_row
-from equipoise.spatial_kernels import crossed, rotation_difference, turned_back
+from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
 
 FRICTION = 0.7  # coefficient between a sole and the ground, unless another is given
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from equipoise.contacts.base import CompiledContact, Contact
-from equipoise.contacts.factor_kernels import factorise, lift, project
+from equipoise.contacts.factor import factorise, lift, project
 from equipoise.contacts.program import ContactProgram
 from equipoise.contacts.rows import ContactRows
 from equipoise.errors import InputError, NameNotFoundError

@@ -1,30 +1,30 @@
 """The model-free force-motion law: error manifolds, nominal reference, torque, base wrench."""
 
-from equipoise.control.adviser import (
-    GainAdvice,
-    SoftFloorGains,
-    advise_for_soft_floor,
-    advise_gains,
-)
-from equipoise.control.base_wrench import distribute_base_wrench
-from equipoise.control.gains import ControlGains
-from equipoise.control.inputs import Measurement, Target
-from equipoise.control.law import Command, ControlStatus, PassivityController
-from equipoise.control.manifolds import ForceManifold, PostureManifold
-from equipoise.control.profile import Profile
-from equipoise.control.reaction_observer import (
-    ReactionObserver,
-    largest_observer_gain,
-    observer_delay_margin,
-)
-from equipoise.control.reaction_qp import (
+from equipoise.control.base_wrench.bounded import (
     BoundedDistribution,
     Distribution,
     DistributionStatus,
     ReactionBounds,
 )
-from equipoise.control.signum import SignFunction
+from equipoise.control.base_wrench.least import distribute_base_wrench
+from equipoise.control.base_wrench.observer import (
+    ReactionObserver,
+    largest_observer_gain,
+    observer_delay_margin,
+)
+from equipoise.control.interface import Measurement, Target
+from equipoise.control.passivity.gain_advice import (
+    GainAdvice,
+    SoftFloorGains,
+    advise_for_soft_floor,
+    advise_gains,
+)
+from equipoise.control.passivity.gains import ControlGains
+from equipoise.control.passivity.law import Command, ControlStatus, PassivityController
+from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
+from equipoise.control.passivity.sign import SignFunction
 from equipoise.control.supervisor import Mode, ModeChange, Supervisor, SupervisorLimits
+from equipoise.trajectories.profile import Profile
 
 __all__ = [
     "BoundedDistribution",

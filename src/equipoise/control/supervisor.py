@@ -12,11 +12,11 @@ from enum import Enum
 import numpy as np
 import pinocchio as pin
 
-from equipoise.compilation import entrance
-from equipoise.control.inputs import Measurement, Target
-from equipoise.control.law import Command, ControlStatus, PassivityController
-from equipoise.control.reaction_observer import ReactionObserver
-from equipoise.kinematics_kernels import is_finite
+from equipoise.compiled.compilation import entrance
+from equipoise.control.base_wrench.observer import ReactionObserver
+from equipoise.control.interface import Measurement, Target
+from equipoise.control.passivity.law import Command, ControlStatus, PassivityController
+from equipoise.kinematics.kernels import is_finite
 from equipoise.spatial import Array
 
 _LANDED = 0.1  # [s] before it a released robot has not caught its weight: every sole is light

@@ -4,11 +4,11 @@ from equipoise.hqp.certificate import Certificate, LevelCertificate, certify
 from equipoise.hqp.explain import explain
 from equipoise.hqp.explanation import Blocker, Explanation, Shortfall
 from equipoise.hqp.hierarchy import Block, Hierarchy
+from equipoise.hqp.row_names import RowDescription, plain_descriptions
 from equipoise.hqp.rows import Rows
 from equipoise.hqp.saved import SavedProblem, load_problem, save_problem
 from equipoise.hqp.solution import HierarchySolver, Solution, Status, violation
 from equipoise.hqp.solvers import SOLVERS, make_solver
-from equipoise.hqp.words import RowWords, plain_words
 
 __all__ = [
     "SOLVERS",
@@ -19,7 +19,7 @@ __all__ = [
     "Hierarchy",
     "HierarchySolver",
     "LevelCertificate",
-    "RowWords",
+    "RowDescription",
     "Rows",
     "SavedProblem",
     "Shortfall",
@@ -29,7 +29,7 @@ __all__ = [
     "explain",
     "load_problem",
     "make_solver",
-    "plain_words",
+    "plain_descriptions",
     "save_problem",
     "violation",
 ]

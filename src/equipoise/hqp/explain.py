@@ -17,9 +17,9 @@ from equipoise.errors import NameNotFoundError, NonFiniteError
 from equipoise.hqp.certificate import certify
 from equipoise.hqp.explanation import Blocker, Explanation, Shortfall
 from equipoise.hqp.hierarchy import Block, Hierarchy
+from equipoise.hqp.row_names import RowDescription, plain_descriptions
 from equipoise.hqp.solution import violation
 from equipoise.hqp.solvers import make_solver
-from equipoise.hqp.words import RowWords, plain_words
 
 TOLERANCE = 1e-6  # share of a row's size from which on a task counts as short
 EXACT = 1e-9  # the same, from which on a bound counts as violated: small steps matter where rows
@@ -31,7 +31,7 @@ OPTIMAL = 1e-5  # excess of a level, relative to its size, above which an answer
 def explain(
     hierarchy: Hierarchy,
     v: np.ndarray,
-    words: Sequence[RowWords] | None = None,
+    words: Sequence[RowDescription] | None = None,
     *,
     tasks: Sequence[str] = (),
     tolerance: float = TOLERANCE,
@@ -51,7 +51,7 @@ def explain(
             given=int(np.count_nonzero(~np.isfinite(v))),
             remedy="Solve the hierarchy again, with the solver 'cascade' for example",
         )
-    words = plain_words(hierarchy) if words is None else tuple(words)
+    words = plain_descriptions(hierarchy) if words is None else tuple(words)
     known = {b.name for b in hierarchy.blocks}
     for name in tasks:
         if name not in known:
@@ -95,7 +95,7 @@ class _Answer:
     v: np.ndarray
     w: np.ndarray
     limits: np.ndarray
-    words: tuple[RowWords, ...]
+    words: tuple[RowDescription, ...]
 
 
 def _multipliers(answer: _Answer, rows: slice, level: int, above: np.ndarray) -> np.ndarray:

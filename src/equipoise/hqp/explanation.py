@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.hqp.words import RowWords, as_error, quantity
+from equipoise.hqp.row_names import RowDescription, as_error, quantity
 
 SHOWN = 4  # blockers that a sentence names
 LINES = 8  # lines of details of one task
@@ -28,7 +28,7 @@ class Blocker:
     row: int
     name: str
     level: int
-    words: RowWords
+    words: RowDescription
     multiplier: float
     share: float
     broken: float
@@ -64,7 +64,7 @@ class Shortfall:
 
     task: str
     level: int
-    rows: tuple[tuple[RowWords, float], ...]
+    rows: tuple[tuple[RowDescription, float], ...]
     blockers: tuple[Blocker, ...]
     behind: tuple[int, ...]
     alone: float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +10,6 @@ import numpy as np
 from equipoise.errors import InputError, ShapeError
 from equipoise.hqp.rows import Rows
 from equipoise.hqp.soundness import are_sound
-
-FILE_FORMAT = 2
 
 
 class Block(NamedTuple):
@@ -128,27 +125,6 @@ class Hierarchy(NamedTuple):
             for b, c in zip(self.blocks, counts, strict=True)
         ]
         return "\n".join(lines)
-
-    def save(self, path: str | Path) -> None:
-        """Write the problem to an npz file (no pickled objects inside).
-
-        Raises:
-            InputError: the file cannot be written.
-        """
-        from equipoise.hqp.saved import save_problem
-
-        save_problem(path, self)
-
-    @classmethod
-    def load(cls, path: str | Path) -> Hierarchy:
-        """Read a problem that `save` wrote.
-
-        Raises:
-            InputError: the file is missing, damaged, or holds no hierarchy of a known format.
-        """
-        from equipoise.hqp.saved import load_problem
-
-        return load_problem(path).hierarchy
 
 
 def _count_kinds(lower: np.ndarray, upper: np.ndarray) -> str:

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from equipoise.errors import InputError
-from equipoise.hqp.hierarchy import FILE_FORMAT, Hierarchy
+from equipoise.hqp.hierarchy import Hierarchy
+from equipoise.hqp.row_names import RowDescription, plain_descriptions
 from equipoise.hqp.rows import Rows
-from equipoise.hqp.words import RowWords, plain_words
 
+FILE_FORMAT = 2
 BYTES_MAX = 1 << 30  # of all arrays, unpacked
-_REMEDY = "Give a file that `Hierarchy.save` or `equipoise explain --save` wrote"
+_REMEDY = "Give a file that `save_problem` or `equipoise explain --save` wrote"
 _DAMAGED = (
     KeyError, IndexError, ValueError, TypeError, OverflowError, AttributeError, EOFError,
     RecursionError, NotImplementedError, RuntimeError, MemoryError, zipfile.BadZipFile, zlib.error,
@@ -31,7 +32,7 @@ class SavedProblem:
     """A hierarchy with what was known about it: `words` [m], where it comes from."""
 
     hierarchy: Hierarchy
-    words: tuple[RowWords, ...]
+    words: tuple[RowDescription, ...]
     note: str = ""
 
 
@@ -39,7 +40,7 @@ def save_problem(
     path: str | Path,
     hierarchy: Hierarchy,
     *,
-    words: Sequence[RowWords] | None = None,
+    words: Sequence[RowDescription] | None = None,
     note: str = "",
 ) -> None:
     """Write a hierarchy to an npz file: three arrays and a JSON text, no pickled objects.
@@ -115,13 +116,13 @@ def _assemble(arrays: dict[str, np.ndarray], about: dict[str, Any]) -> SavedProb
     return SavedProblem(hierarchy, _words(about.get("words"), hierarchy), str(about["note"]))
 
 
-def _words(listed: list[Any] | None, hierarchy: Hierarchy) -> tuple[RowWords, ...]:
+def _words(listed: list[Any] | None, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
     if listed is None:
-        return plain_words(hierarchy)
+        return plain_descriptions(hierarchy)
     if len(listed) != len(hierarchy.lower):
         raise InputError(f"it has words for {len(listed)} rows of {len(hierarchy.lower)}")
     return tuple(
-        RowWords(str(unit), str(above), str(below), _rate(up), _rate(down))
+        RowDescription(str(unit), str(above), str(below), _rate(up), _rate(down))
         for unit, above, below, up, down in listed
     )
 

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from equipoise.errors import InputError
+from equipoise.hqp.certificate import Certificate, certify
 from equipoise.hqp.hierarchy import Hierarchy
-
-if TYPE_CHECKING:
-    from equipoise.hqp.certificate import Certificate
-    from equipoise.hqp.explanation import Explanation
-    from equipoise.hqp.words import RowWords
 
 ACTIVE_TOLERANCE = 1e-8
 EQUALITY, UPPER, LOWER, INACTIVE = 2, 1, -1, 0
@@ -53,25 +47,7 @@ class Solution(NamedTuple):
 
     def certificate(self, hierarchy: Hierarchy) -> Certificate:
         """Check the answer against the optimality conditions, independently of the solver."""
-        from equipoise.hqp.certificate import certify
-
         return certify(hierarchy, self.v)
-
-    def explain(self, hierarchy: Hierarchy, words: Sequence[RowWords] | None = None) -> Explanation:
-        """Say which tasks are short, which rows block them and how far these would have to give.
-
-        Raises:
-            InputError: the solver gave no answer.
-        """
-        from equipoise.hqp.explain import explain
-
-        if self.status is Status.FAILED:
-            raise InputError(
-                "There is no answer to explain",
-                given=self.status.value,
-                remedy="Solve the hierarchy with another solver, 'cascade' for example",
-            )
-        return explain(hierarchy, self.v, words)
 
 
 class HierarchySolver(Protocol):

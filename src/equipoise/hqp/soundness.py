@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compilation import entrance
+from equipoise.compiled.compilation import entrance
 
 
 @entrance

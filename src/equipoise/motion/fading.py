@@ -25,7 +25,7 @@ from equipoise.motion.generator import MotionStep
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import Task
-from equipoise.tasks.fade import Fade
+from equipoise.trajectories.fade import Fade
 
 Levels = Sequence[Sequence[Task]]
 

@@ -10,15 +10,15 @@ from equipoise.spatial import Array
 class PhysicsState(NamedTuple):
     """State at time `t` [s]: `q` (nq,), `v` (nv,) and the contact multipliers of the step before.
 
-    `lam` (r,) is the mean over the last control period, world on robot; `drift` [m or rad] is the
-    largest violation of a contact.
+    `lam` (r,) is the mean over the last control period, world on robot; `violation` [m or rad] is
+    the largest one of a contact.
     """
 
     t: float
     q: Array
     v: Array
     lam: Array
-    drift: float
+    violation: float
 
 
 class PhysicsEngine(Protocol):
@@ -31,5 +31,5 @@ class PhysicsEngine(Protocol):
     def step(self, tau: Array) -> PhysicsState:
         """Advance by one control period with `tau` (na,) [N m] held; return the new state.
 
-        Raises: `equipoise.physics.rigid.DivergedError` if the state is no longer finite.
+        Raises: `equipoise.physics.rigid.engine.DivergedError` if the state is no longer finite.
         """

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from equipoise.robots.check import check_urdf
-from equipoise.robots.finding import Finding
+from equipoise.robots.files.check import check_urdf
+from equipoise.robots.files.finding import Finding
+from equipoise.robots.files.source import ExtraMissingError
 from equipoise.robots.load import load_robot
 from equipoise.robots.registry import (
     NamedRobot,
@@ -13,7 +14,6 @@ from equipoise.robots.registry import (
     robot_urdf_path,
 )
 from equipoise.robots.robot import Palm, Robot, Sole
-from equipoise.robots.source import ExtraMissingError
 
 __all__ = [
     "ExtraMissingError",

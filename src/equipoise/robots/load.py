@@ -9,16 +9,18 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import NameNotFoundError
-from equipoise.robots.build import (
+from equipoise.robots.files.build import (
     add_collision_pairs,
     build_geometry,
     build_model,
     neighbouring_links,
 )
-from equipoise.robots.check_model import check_model
-from equipoise.robots.check_tree import check_tree
-from equipoise.robots.extras_schema import Extras
-from equipoise.robots.finding import raise_errors
+from equipoise.robots.files.check_model import check_model
+from equipoise.robots.files.check_tree import check_tree
+from equipoise.robots.files.extras_schema import Extras
+from equipoise.robots.files.finding import raise_errors
+from equipoise.robots.files.source import find_source
+from equipoise.robots.files.srdf import Semantics, read_srdf
 from equipoise.robots.robot import (
     NQ_BASE,
     Palm,
@@ -26,8 +28,6 @@ from equipoise.robots.robot import (
     Sole,
     require_actuated_joints_of_one_dof,
 )
-from equipoise.robots.source import find_source
-from equipoise.robots.srdf import Semantics, read_srdf
 
 HALF_SITTING = "half_sitting"
 

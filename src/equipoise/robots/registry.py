@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from equipoise.errors import InputError, NameNotFoundError
-from equipoise.robots.extras import read_extras
+from equipoise.robots.files.extras import read_extras
+from equipoise.robots.files.source import URDF, YAML, ExtraMissingError, urdf_of
 from equipoise.robots.load import load_robot
 from equipoise.robots.robot import Robot
-from equipoise.robots.source import URDF, YAML, ExtraMissingError, urdf_of
 
 HERE = Path(__file__).resolve().parent
 

@@ -95,6 +95,16 @@ class Robot:
         """Return the length of a velocity."""
         return self.model.nv
 
+    @property
+    def nq_base(self) -> int:
+        """Return how many entries of a configuration belong to the base."""
+        return NQ_BASE
+
+    @property
+    def nv_base(self) -> int:
+        """Return how many entries of a velocity belong to the base."""
+        return NV_BASE
+
     @cached_property
     def na(self) -> int:
         """Return the number of actuated joints."""

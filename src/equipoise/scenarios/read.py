@@ -41,9 +41,9 @@ def parse_scenario(
         plain = _merged(plain_tree(load_tree(text_of(base), base)), plain)
     exceptions = plain.pop("for_robot", {})
     if robot is not None and robot != plain.get("robot", Scenario.model_fields["robot"].default):
-        from equipoise.scenarios.refit import refit
+        from equipoise.scenarios.retarget import retarget
 
-        plain = refit(_validated(_merged(plain, _exception(exceptions, robot)), tree), robot)
+        plain = retarget(_validated(_merged(plain, _exception(exceptions, robot)), tree), robot)
     apply_overrides(plain, overrides)
     return _validated(plain, tree)
 

@@ -4,12 +4,13 @@ from equipoise.tasks.avoidance import AvoidanceTask
 from equipoise.tasks.base import CompiledTask, KernelTask, Task
 from equipoise.tasks.com_polygon import ComPolygonTask
 from equipoise.tasks.contact_rows import ContactTask
-from equipoise.tasks.fade import Fade
 from equipoise.tasks.frame_pose import FramePoseTask
 from equipoise.tasks.gaze import GazeTask
 from equipoise.tasks.joint_limits import JointLimitsTask
 from equipoise.tasks.posture import PostureTask
-from equipoise.tasks.trajectory import (
+from equipoise.tasks.row_descriptions import describe_rows
+from equipoise.trajectories.fade import Fade
+from equipoise.trajectories.poses import (
     AttachedTrajectory,
     FixedPose,
     PoseSample,
@@ -18,7 +19,6 @@ from equipoise.tasks.trajectory import (
     Waypoint,
     WaypointTrajectory,
 )
-from equipoise.tasks.words import words_of
 
 __all__ = [
     "AttachedTrajectory",
@@ -39,5 +39,5 @@ __all__ = [
     "TravelTrajectory",
     "Waypoint",
     "WaypointTrajectory",
-    "words_of",
+    "describe_rows",
 ]

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from equipoise.compilation import entrance
-from equipoise.distance_kernels import rate_of_distance
-from equipoise.distances import DistanceEvaluator, EndDistances
+from equipoise.collision.distances import DistanceEvaluator, EndDistances
+from equipoise.collision.kernels import rate_of_distance
+from equipoise.collision.scene import Pair, Scene
+from equipoise.compiled.compilation import entrance
 from equipoise.errors import InputError
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
 from equipoise.tasks.base import CompiledTask
-from equipoise.world import Pair, Scene
 
 _ENDS_FROM = 0.4  # share of the influence distance below which the ends of capsules count too
 _NEARLY_AS_NEAR = 0.01  # [m] an end further away than this beyond its pair cannot take its place

@@ -9,7 +9,7 @@ import numpy as np
 from equipoise.hqp import Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
-from equipoise.tasks.trajectory import PoseTrajectory
+from equipoise.trajectories.poses import PoseTrajectory
 
 
 class Task(ABC):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compilation import compiled
+from equipoise.compiled.compilation import compiled
 from equipoise.contacts import SupportPolygon
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array

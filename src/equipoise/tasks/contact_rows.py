@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compilation import entrance
+from equipoise.compiled.compilation import entrance
 from equipoise.contacts import ContactRows, ContactSchedule, ContactStack
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array

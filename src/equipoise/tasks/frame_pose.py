@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compilation import compiled, entrance
+from equipoise.compiled.compilation import compiled, entrance
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics_kernels import frame_rows
+from equipoise.kinematics.kernels import frame_rows
 from equipoise.spatial import Array
-from equipoise.spatial_kernels import rotation_difference
+from equipoise.spatial.kernels import rotation_difference
 from equipoise.tasks.base import KernelTask
-from equipoise.tasks.trajectory import PoseTrajectory
+from equipoise.trajectories.poses import PoseTrajectory
 
 
 class FramePoseTask(KernelTask):

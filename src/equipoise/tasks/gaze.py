@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 
-from equipoise.compilation import compiled, entrance
+from equipoise.compiled.compilation import compiled, entrance
+from equipoise.compiled.scratch import scratch, scratch_matrix
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics_kernels import add_point_row
-from equipoise.scratch import scratch, scratch_matrix
+from equipoise.kinematics.kernels import add_point_row
 from equipoise.spatial import Array
-from equipoise.spatial_kernels import turned, turned_back
+from equipoise.spatial.kernels import turned, turned_back
 from equipoise.tasks.base import KernelTask
-from equipoise.tasks.trajectory import PoseTrajectory
+from equipoise.trajectories.poses import PoseTrajectory
 
 _NEAREST = 1e-3  # [m] a point closer to the camera than this has no direction
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compilation import compiled
+from equipoise.compiled.compilation import compiled
 from equipoise.errors import ShapeError
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics_kernels import joint_rows
+from equipoise.kinematics.kernels import joint_rows
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks.base import KernelTask

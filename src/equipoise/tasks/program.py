@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from equipoise.compilation import entrance
+from equipoise.compiled.compilation import entrance
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
 from equipoise.tasks.base import KernelTask
@@ -15,7 +15,7 @@ from equipoise.tasks.frame_pose import pose_task_rows
 from equipoise.tasks.gaze import gaze_rows
 from equipoise.tasks.joint_limits import limit_rows
 from equipoise.tasks.posture import posture_rows
-from equipoise.tasks.trajectory import (
+from equipoise.trajectories.poses import (
     AttachedTrajectory,
     FixedPose,
     PoseTrajectory,

@@ -20,13 +20,13 @@ import pinocchio as pin
 from equipoise.errors import EquipoiseError
 from equipoise.robots import Robot
 from equipoise.scenarios.read import resolved_text
-from equipoise.scenarios.simulation import Simulation
-from equipoise.scenarios.steering import StopRequested, Wishes
+from equipoise.simulation.operator import OperatorRequest, StopRequested
+from equipoise.simulation.simulation import Simulation
 from equipoise.spatial import Array
 from equipoise.viewer.live import IN_FLIGHT, Job, serve
 
 RATE = 30.0  # [Hz] at which ticks are handed over
-LISTEN_PERIOD = 0.015  # [s] between two looks for wishes
+LISTEN_PERIOD = 0.015  # [s] between two looks for request
 START_TIMEOUT = 120.0  # [s] for the page to be served
 FIRST_PAGE_TIMEOUT = 60.0  # [s] that the run waits for somebody to look
 
@@ -56,7 +56,7 @@ class Bridge:
         self._running, self._allowed = True, 0
         self._wanted = 0  # how many ticks the page can take
         self._stop = False
-        self._news: Wishes | None = None
+        self._news: OperatorRequest | None = None
         self._looked = self._told = 0.0
         self._untold: tuple[float, Mapping[str, Array]] | None = None
         self.url = self._first_answer()
@@ -70,8 +70,8 @@ class Bridge:
                 return
             self._listen(0.1)
 
-    def before_tick(self, t: float) -> Wishes | None:
-        """Return new wishes; wait while the page says pause."""
+    def before_tick(self, t: float) -> OperatorRequest | None:
+        """Return new request; wait while the page says pause."""
         now = perf_counter()
         if now - self._looked >= LISTEN_PERIOD:
             self._looked = now
@@ -132,7 +132,7 @@ class Bridge:
     def _take(self, kind: str, content: Any) -> None:
         if kind == "ready":
             self._wanted = min(self._wanted + 1, IN_FLIGHT)
-        elif kind == "wishes":
+        elif kind == "request":
             self._news = content
         elif kind == "run":
             self._running = bool(content)

@@ -11,9 +11,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from equipoise.robots import check_urdf, get_robot, named_robots, robot_path
-from equipoise.robots.finding import raise_errors
+from equipoise.robots.files.finding import raise_errors
 from equipoise.runlog import latest_run
-from equipoise.scenarios.simulation import Simulation
+from equipoise.simulation.simulation import Simulation
 from equipoise.viewer.bridge import Bridge
 from equipoise.viewer.longlog import LongLog
 from equipoise.viewer.replay import Replay

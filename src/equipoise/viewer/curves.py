@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.analysis.limbs import limbs_of
+from equipoise.analysis.joint_groups import joint_groups_of
 from equipoise.runlog import Channel
-from equipoise.scenarios.places import Places
+from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
 
 Channels = Mapping[str, Channel]
@@ -37,7 +37,7 @@ class Plot:
     many: bool = False
 
 
-def plots_of(channels: Channels, places: Places) -> dict[str, Plot]:
+def plots_of(channels: Channels, setup: Setup) -> dict[str, Plot]:
     """Return every plot that there are channels for, by title."""
     makers = (
         _posture,
@@ -51,8 +51,8 @@ def plots_of(channels: Channels, places: Places) -> dict[str, Plot]:
         _balance,
         _modes,
     )
-    plots = [plot for make in makers if (plot := make(channels, places)) is not None]
-    plots += _joints(channels, places)
+    plots = [plot for make in makers if (plot := make(channels, setup)) is not None]
+    plots += _joints(channels, setup)
     return {plot.title: plot for plot in plots}
 
 
@@ -68,17 +68,17 @@ def _largest(channel: str, columns: list[int], scale: float | Array) -> Compute:
     return lambda arrays: (np.abs(arrays[channel][:, columns]) * scale).max(axis=1)
 
 
-def _posture(channels: Channels, places: Places) -> Plot | None:
+def _posture(channels: Channels, setup: Setup) -> Plot | None:
     if "dq" not in channels:
         return None
     curves = [
         Curve(limb.title, _largest("dq", [6 + i for i in limb.joints], 1e3))
-        for limb in limbs_of(places.robot, places.robot.joint_names)
+        for limb in joint_groups_of(setup.robot, setup.robot.joint_names)
     ]
     return Plot("Posture error", "mrad", tuple(curves[:MOST_CURVES]))
 
 
-def _hands(channels: Channels, places: Places) -> Plot | None:
+def _hands(channels: Channels, setup: Setup) -> Plot | None:
     names = [name for name in channels if name.startswith("error/")]
     curves = [
         Curve(name.removeprefix("error/"), _length(name, slice(0, 3), 1e3))
@@ -87,9 +87,9 @@ def _hands(channels: Channels, places: Places) -> Plot | None:
     return Plot("Task errors (position)", "mm", tuple(curves)) if curves else None
 
 
-def _forces(channels: Channels, places: Places) -> Plot | None:
+def _forces(channels: Channels, setup: Setup) -> Plot | None:
     curves = []
-    for contact in places.contacts.contacts:
+    for contact in setup.contacts.contacts:
         name = contact.name
         if f"lam/{name}" not in channels:
             continue
@@ -103,18 +103,18 @@ def _forces(channels: Channels, places: Places) -> Plot | None:
     return Plot("Contact forces", "N", tuple(curves[:MOST_CURVES])) if curves else None
 
 
-def _torques(channels: Channels, places: Places) -> Plot | None:
+def _torques(channels: Channels, setup: Setup) -> Plot | None:
     if "tau" not in channels:
         return None
-    robot = places.robot
+    robot = setup.robot
     curves = [
         Curve(limb.title, _largest("tau", list(limb.joints), 100.0 / robot.tau_max[[*limb.joints]]))
-        for limb in limbs_of(robot, robot.joint_names)
+        for limb in joint_groups_of(robot, robot.joint_names)
     ]
     return Plot("Torques", "% of the limit", tuple(curves[:MOST_CURVES]))
 
 
-def _distances(channels: Channels, places: Places) -> Plot | None:
+def _distances(channels: Channels, setup: Setup) -> Plot | None:
     if "distance" not in channels:
         return None
     labels = channels["distance"].labels
@@ -122,7 +122,7 @@ def _distances(channels: Channels, places: Places) -> Plot | None:
     return Plot("Distances", "mm", tuple(curves), many=True) if curves else None
 
 
-def _slack(channels: Channels, places: Places) -> Plot | None:
+def _slack(channels: Channels, setup: Setup) -> Plot | None:
     if "slack" not in channels:
         return None
 
@@ -134,7 +134,7 @@ def _slack(channels: Channels, places: Places) -> Plot | None:
     return Plot("Slack of the levels", "", tuple(curves), logarithmic=True)
 
 
-def _energy(channels: Channels, places: Places) -> Plot | None:
+def _energy(channels: Channels, setup: Setup) -> Plot | None:
     names = [name for name in channels if name in ("V", "energy", "storage")]
     curves = [
         Curve(f"{name} {label}", _column(name, i))
@@ -144,7 +144,7 @@ def _energy(channels: Channels, places: Places) -> Plot | None:
     return Plot("Storage function V", "J", tuple(curves[:MOST_CURVES])) if curves else None
 
 
-def _sliding(channels: Channels, places: Places) -> Plot | None:
+def _sliding(channels: Channels, setup: Setup) -> Plot | None:
     if "s" not in channels:
         return None
     size = channels["s"].size
@@ -155,7 +155,7 @@ def _sliding(channels: Channels, places: Places) -> Plot | None:
     return Plot("Extended error s", "rad/s", curves)
 
 
-def _balance(channels: Channels, places: Places) -> Plot | None:
+def _balance(channels: Channels, setup: Setup) -> Plot | None:
     if "com_margin" not in channels:
         return None
     curves = [Curve("CoM to the edge", _column("com_margin", 0, 1e3))]
@@ -166,7 +166,7 @@ def _balance(channels: Channels, places: Places) -> Plot | None:
     return Plot("Balance: room to the edge", "mm", tuple(curves[:MOST_CURVES]))
 
 
-def _modes(channels: Channels, places: Places) -> Plot | None:
+def _modes(channels: Channels, setup: Setup) -> Plot | None:
     curves = [
         Curve(f"{name}: {label}", _column(name, i))
         for name in ("mode", "status")
@@ -176,7 +176,7 @@ def _modes(channels: Channels, places: Places) -> Plot | None:
     return Plot("Mode and status (0 is well)", "", tuple(curves)) if curves else None
 
 
-def _joints(channels: Channels, places: Places) -> list[Plot]:
+def _joints(channels: Channels, setup: Setup) -> list[Plot]:
     if "q" not in channels or "q_ref" not in channels:
         return []
     return [
@@ -185,5 +185,5 @@ def _joints(channels: Channels, places: Places) -> list[Plot]:
             "rad",
             (Curve("measured", _column("q", 7 + i)), Curve("reference", _column("q_ref", 7 + i))),
         )
-        for i, name in enumerate(places.robot.joint_names)
+        for i, name in enumerate(setup.robot.joint_names)
     ]

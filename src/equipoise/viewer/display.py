@@ -7,51 +7,49 @@ from collections.abc import Mapping
 import numpy as np
 import viser
 
+from equipoise.collision.scene import Pair
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.scenarios import schema
-from equipoise.scenarios.levels import build_levels
-from equipoise.scenarios.places import Places
+from equipoise.simulation.build.levels import build_levels
+from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask
 from equipoise.viewer.drawing import Drawing, robot_parts
 from equipoise.viewer.forces import ForceLayer, PushLayer
 from equipoise.viewer.ghost import Ghost
 from equipoise.viewer.hierarchy_panel import HierarchyPanel
+from equipoise.viewer.layer import Moment, Showable
 from equipoise.viewer.layers import BalanceLayer, DistanceLayer
 from equipoise.viewer.panels import Panels
-from equipoise.viewer.showing import Moment, Showable
+from equipoise.viewer.progressive import ProgressiveDisplay
 from equipoise.viewer.status_line import StatusLine
 from equipoise.viewer.surroundings import Surroundings
 from equipoise.viewer.trail import TrailLayer
-from equipoise.viewer.unveiling import Unveiling
-from equipoise.world import Pair
 
 
 class Display:
     """Shows moments of a scenario in a viser server; `server` may be seen by several pages."""
 
-    def __init__(
-        self, server: viser.ViserServer, scenario: schema.Scenario, places: Places
-    ) -> None:
-        self.server, self.places = server, places
-        self.levels = build_levels(scenario, places)
-        self._evaluator = KinematicsEvaluator(places.robot)
+    def __init__(self, server: viser.ViserServer, scenario: schema.Scenario, setup: Setup) -> None:
+        self.server, self.setup = server, setup
+        self.levels = build_levels(scenario, setup)
+        self._evaluator = KinematicsEvaluator(setup.robot)
         _set_stage(server)
-        parts, model = robot_parts(places.scene), places.robot.model
+        parts, model = robot_parts(setup.scene), setup.robot.model
         self._robot = Drawing(server.scene, "/robot", parts, model.parents)
         self._ghost = Ghost(server.scene, parts, model, self._robot)
-        self.trails = TrailLayer(server.scene, places)
+        self.trails = TrailLayer(server.scene, setup)
         self.layers = (
-            Surroundings(server.scene, scenario, places),
-            ForceLayer(server.scene, places),
-            PushLayer(server.scene, scenario, places),
-            BalanceLayer(server.scene, places),
-            DistanceLayer(server.scene, places, _pairs(scenario, places, self.levels)),
+            Surroundings(server.scene, scenario, setup),
+            ForceLayer(server.scene, setup),
+            PushLayer(server.scene, scenario, setup),
+            BalanceLayer(server.scene, setup),
+            DistanceLayer(server.scene, setup, _pairs(scenario, setup, self.levels)),
             self.trails,
         )
         self.panels = Panels(server.gui)
         later = (self._ghost, *self.layers[1:])
-        self.unveiling = Unveiling(server, ((self.panels,), later))
+        self.unveiling = ProgressiveDisplay(server, ((self.panels,), later))
 
     def add_panels(self) -> None:
         """Add the line of the supervisor's mode, the switches of the layers and the hierarchy."""
@@ -127,7 +125,7 @@ def _set_stage(server: viser.ViserServer) -> None:
     server.initial_camera.look_at = (0.2, 0.0, 0.65)
 
 
-def _pairs(scenario: schema.Scenario, places: Places, levels: list) -> list[Pair]:
+def _pairs(scenario: schema.Scenario, setup: Setup, levels: list) -> list[Pair]:
     pairs = {
         p.name: p
         for level in levels
@@ -136,6 +134,6 @@ def _pairs(scenario: schema.Scenario, places: Places, levels: list) -> list[Pair
         for p in t.pairs
     }
     for first, second in scenario.monitor:
-        pair = places.scene.pair(first, second)
+        pair = setup.scene.pair(first, second)
         pairs.setdefault(pair.name, pair)
     return list(pairs.values())

@@ -8,11 +8,11 @@ import numpy as np
 import pinocchio as pin
 import viser
 
-from equipoise.analysis.stage import Part, Stage
-from equipoise.analysis.tessellation import tessellate
+from equipoise.analysis.rendering.scene_meshes import Part, SceneMeshes
+from equipoise.analysis.rendering.tessellation import tessellate
+from equipoise.collision.scene import Scene
 from equipoise.spatial import Array
-from equipoise.viewer.showing import Showable
-from equipoise.world import Scene
+from equipoise.viewer.layer import Showable
 
 _STILL = 1e-5  # [m, or of a quaternion] a joint that moved less is not sent again: 0.2 mm at a hand
 
@@ -96,7 +96,7 @@ class Drawing(Showable):
 
 def robot_parts(scene: Scene) -> tuple[Part, ...]:
     """Return the meshes of the robot alone."""
-    return Stage(Scene(scene.robot)).parts
+    return SceneMeshes(Scene(scene.robot)).parts
 
 
 def body_parts(scene: Scene, name: str) -> list[Part]:

@@ -33,11 +33,11 @@ class Envelope:
         with np.errstate(over="ignore", invalid="ignore"):
             values = np.column_stack([curve.compute(arrays) for curve in self.curves])
         span = max(self.stop - self.start, 1e-12)
-        places = ((t - self.start) / span * self.stretches).astype(int)
-        places = np.clip(places, 0, self.stretches - 1)
-        bounds = np.flatnonzero(np.diff(places)) + 1
+        stretch = ((t - self.start) / span * self.stretches).astype(int)
+        stretch = np.clip(stretch, 0, self.stretches - 1)
+        bounds = np.flatnonzero(np.diff(stretch)) + 1
         for part in np.split(np.arange(len(t)), bounds):
-            self._merge(int(places[part[0]]), t[part], values[part])
+            self._merge(int(stretch[part[0]]), t[part], values[part])
 
     def of(self, indices: Sequence[int]) -> tuple[Array, Array]:
         """Return times (n,) and values (n, len(indices)) of chosen curves, NaN where unknown.

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import viser
 
-from equipoise.analysis.sole_arrows import outer_sides, sole_arrow
+from equipoise.analysis.rendering.sole_arrows import outer_sides, sole_arrow
 from equipoise.contacts import (
     Contact,
     GraspContact,
@@ -17,9 +17,9 @@ from equipoise.contacts import (
     SurfaceContact,
 )
 from equipoise.scenarios import schema
-from equipoise.scenarios.places import Places
+from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
-from equipoise.viewer.showing import Layer, Moment
+from equipoise.viewer.layer import Layer, Moment
 
 MEASURED, WANTED, PUSH = (214, 40, 40), (255, 170, 0), (200, 0, 160)
 HAND_SCALE, PUSH_SCALE = 1e-2, 1e-2  # [m/N]
@@ -35,9 +35,9 @@ class ForceLayer(Layer):
 
     title = "Contact forces"
 
-    def __init__(self, scene: viser.SceneApi, places: Places) -> None:
-        self._places = places
-        self._sides = outer_sides(places)
+    def __init__(self, scene: viser.SceneApi, setup: Setup) -> None:
+        self._setup = setup
+        self._sides = outer_sides(setup)
         self._measured = _arrows(scene, "/forces/measured", MEASURED)
         self._wanted = _arrows(scene, "/forces/wanted", WANTED)
 
@@ -46,7 +46,7 @@ class ForceLayer(Layer):
 
     def show(self, moment: Moment) -> None:
         measured, wanted = [], []
-        for contact in self._places.contacts.contacts:
+        for contact in self._setup.contacts.contacts:
             lam = moment.values.get(f"lam/{contact.name}")
             if lam is None:
                 continue
@@ -69,9 +69,9 @@ class PushLayer(Layer):
 
     title = "Pushes"
 
-    def __init__(self, scene: viser.SceneApi, scenario: schema.Scenario, places: Places) -> None:
+    def __init__(self, scene: viser.SceneApi, scenario: schema.Scenario, setup: Setup) -> None:
         self._planned = [
-            (places.robot.frame_id(push.frame), push) for push in scenario.faults.pushes
+            (setup.robot.frame_id(push.frame), push) for push in scenario.faults.pushes
         ]
         self._handle = _arrows(scene, "/pushes", PUSH)
 

@@ -9,10 +9,10 @@ import numpy as np
 import pinocchio as pin
 import viser
 
-from equipoise.analysis.stage import Part
+from equipoise.analysis.rendering.scene_meshes import Part
 from equipoise.spatial import Array
 from equipoise.viewer.drawing import Drawing
-from equipoise.viewer.showing import Showable
+from equipoise.viewer.layer import Showable
 
 RGB, OPACITY = (60, 130, 255), 0.4
 INSET = 0.003  # [m] inwards, so that only what differs from the robot comes out of it

@@ -10,7 +10,7 @@ import viser
 
 from equipoise.spatial import Array
 from equipoise.tasks import Task
-from equipoise.viewer.showing import Moment
+from equipoise.viewer.layer import Moment
 
 MET = {"m": 1e-3, "rad": 1e-3}  # an error below counts as met; said in the panel
 SLACK_MET = 1e-6

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from equipoise.analysis.sole_arrows import pressure_in_sole
-from equipoise.distances import DistanceEvaluator
-from equipoise.scenarios.places import Places
+from equipoise.analysis.rendering.sole_arrows import pressure_in_sole
+from equipoise.collision.distances import DistanceEvaluator
+from equipoise.collision.scene import Pair
+from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
-from equipoise.viewer.showing import Layer, Moment
-from equipoise.world import Pair
+from equipoise.viewer.layer import Layer, Moment
 
 COM, PRESSURE, POLYGON = (30, 30, 30), (214, 40, 40), (0, 140, 90)
 NEAR, FAR = np.array([214, 40, 40]), np.array([60, 160, 60])
@@ -23,9 +23,9 @@ class BalanceLayer(Layer):
 
     title = "Balance (polygon, CoM, CoP)"
 
-    def __init__(self, scene: viser.SceneApi, places: Places) -> None:
-        self._places = places
-        corners = places.polygon.vertices
+    def __init__(self, scene: viser.SceneApi, setup: Setup) -> None:
+        self._setup = setup
+        corners = setup.polygon.vertices
         floor = np.column_stack([corners, np.full(len(corners), LIFT)])
         edges = np.stack([floor, np.roll(floor, -1, axis=0)], axis=1)
         self._nodes = [
@@ -47,7 +47,7 @@ class BalanceLayer(Layer):
         foot = np.array([com[0], com[1], LIFT])
         self._nodes[1].position, self._nodes[2].position = com, foot
         self._plumb.points = np.array([[com, foot]], dtype=np.float32)
-        pressure = centre_of_pressure(self._places, moment)
+        pressure = centre_of_pressure(self._setup, moment)
         if pressure is not None:
             self._nodes[3].position = pressure + np.array([0.0, 0.0, LIFT])
 
@@ -57,8 +57,8 @@ class DistanceLayer(Layer):
 
     title = "Closest distances"
 
-    def __init__(self, scene: viser.SceneApi, places: Places, pairs: list[Pair]) -> None:
-        self._distances = DistanceEvaluator(places.scene, pairs)
+    def __init__(self, scene: viser.SceneApi, setup: Setup, pairs: list[Pair]) -> None:
+        self._distances = DistanceEvaluator(setup.scene, pairs)
         self._lines = scene.add_line_segments(
             "/distances", np.zeros((0, 2, 3)), np.zeros((0, 2, 3)), thickness=0.005
         )
@@ -80,13 +80,13 @@ class DistanceLayer(Layer):
         self._lines.points = np.array(points, dtype=np.float32)
 
 
-def centre_of_pressure(places: Places, moment: Moment) -> Array | None:
+def centre_of_pressure(setup: Setup, moment: Moment) -> Array | None:
     """Return the centre of pressure of all soles (3,) [m], world axes; None without a load.
 
     It is the mean of the soles' own centres, weighted by their normal forces.
     """
     total, weighted = 0.0, np.zeros(3)
-    for contact in places.soles.contacts:
+    for contact in setup.soles.contacts:
         lam = moment.values.get(f"lam/{contact.name}")
         if lam is not None and lam[2] > 0.0:
             total += lam[2]

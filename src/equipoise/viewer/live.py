@@ -1,4 +1,4 @@
-"""The page's side of the live viewer: draws the ticks of a running simulation, sends wishes."""
+"""The page's side of the live viewer: draws the ticks of a running simulation, sends request."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ import numpy as np
 
 from equipoise.errors import EquipoiseError
 from equipoise.runlog import Channel
-from equipoise.scenarios.places import build_places
 from equipoise.scenarios.read import parse_scenario
+from equipoise.simulation.build.setup import build_setup
 from equipoise.spatial import Array
-from equipoise.viewer.asking import has_begun_frame
 from equipoise.viewer.curves import plots_of
 from equipoise.viewer.display import Display
 from equipoise.viewer.envelope import Envelope
+from equipoise.viewer.layer import Moment
 from equipoise.viewer.longlog import LongLog
+from equipoise.viewer.operator_panel import OperatorPanel
+from equipoise.viewer.page_ready import has_begun_frame
 from equipoise.viewer.plot_panel import add_plots
 from equipoise.viewer.replay import PANEL_PERIOD, Replay
 from equipoise.viewer.server import ViewerServer
-from equipoise.viewer.showing import Moment
-from equipoise.viewer.steering_panel import SteeringPanel
 
 IN_FLIGHT = 2  # ticks on their way at most, so that the pipe never fills and nothing waits
 PLOT_PERIOD = 0.5  # [s] between two updates of the plots, which cost a page as much as a picture
@@ -66,23 +66,23 @@ def serve(pipe: Connection, job: Job) -> None:
 
 
 class LiveView:
-    """Shows what comes through the pipe; one thread draws, viser's threads send wishes."""
+    """Shows what comes through the pipe; one thread draws, viser's threads send request."""
 
     def __init__(self, pipe: Connection, server: ViewerServer, job: Job) -> None:
         self._pipe, self.server = pipe, server
         scenario = parse_scenario(job.scenario_text)
-        places = build_places(scenario)
+        setup = build_setup(scenario)
         self._sending = threading.Lock()
         self._names = [channel.name for channel in job.channels]
         self._ends = np.cumsum([channel.size for channel in job.channels])[:-1]
         gui = server.viser.gui
-        self.display = Display(server.viser, scenario, places)
+        self.display = Display(server.viser, scenario, setup)
         with self.display.panels.room():
             gui.add_markdown(f"**{scenario.title or scenario.name}** — running")
-            self.panel = SteeringPanel(gui, scenario, places, job.push_frame, self._send)
+            self.panel = OperatorPanel(gui, scenario, setup, job.push_frame, self._send)
             self.display.add_panels()
         gui.main_panel.dock_right()
-        plots = plots_of({channel.name: channel for channel in job.channels}, places)
+        plots = plots_of({channel.name: channel for channel in job.channels}, setup)
         curves = [curve for plot in plots.values() for curve in plot.curves]
         self._envelope = Envelope(curves, 0.0, scenario.duration)
         self._plots = add_plots(gui, self.display.panels, plots, self._envelope)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import viser
 
-from equipoise.viewer.showing import Showable
+from equipoise.viewer.layer import Showable
 
 
 class Panels(Showable):

@@ -7,8 +7,8 @@ import time
 
 import numpy as np
 
-from equipoise.scenarios.places import Places, build_places
 from equipoise.scenarios.read import parse_scenario
+from equipoise.simulation.build.setup import Setup, build_setup
 from equipoise.viewer.clock import Clock
 from equipoise.viewer.curves import plots_of
 from equipoise.viewer.display import Display
@@ -30,10 +30,10 @@ class Replay:
     def __init__(self, log: LongLog, server: ViewerServer) -> None:
         self.log, self.server = log, server
         scenario = parse_scenario(log.run.scenario_text)
-        places = build_places(scenario)
+        setup = build_setup(scenario)
         self.clock = Clock(log.t_first, log.t_last)
         gui = server.viser.gui
-        self.display = Display(server.viser, scenario, places)
+        self.display = Display(server.viser, scenario, setup)
         with self.display.panels.room():
             self._summary(scenario.title or scenario.name)
             self.timeline = TimeLine(
@@ -41,7 +41,7 @@ class Replay:
             )
             self.display.add_panels()
         gui.main_panel.dock_right()
-        self.plots, self.envelope = self._plots(places)
+        self.plots, self.envelope = self._plots(setup)
         self._stopping = threading.Event()
         self._gathered = threading.Event()
         self._threads = [
@@ -71,8 +71,8 @@ class Replay:
             lines.append(f"*{run.note}*")
         gui.add_markdown("\n\n".join(lines))
 
-    def _plots(self, places: Places) -> tuple[PlotPanel, Envelope]:
-        plots = plots_of(self.log.run.channels, places)
+    def _plots(self, setup: Setup) -> tuple[PlotPanel, Envelope]:
+        plots = plots_of(self.log.run.channels, setup)
         curves = [curve for plot in plots.values() for curve in plot.curves]
         envelope = Envelope(curves, self.log.t_first, self.log.t_last)
         return add_plots(self.server.viser.gui, self.display.panels, plots, envelope), envelope

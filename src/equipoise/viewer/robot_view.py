@@ -10,13 +10,13 @@ import numpy as np
 import pinocchio as pin
 import viser
 
-from equipoise.analysis.limbs import limbs_of
+from equipoise.analysis.joint_groups import joint_groups_of
+from equipoise.collision.scene import Scene
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
-from equipoise.robots.finding import Finding
+from equipoise.robots.files.finding import Finding
 from equipoise.viewer.drawing import Drawing, robot_parts
 from equipoise.viewer.server import ViewerServer
-from equipoise.world import Scene
 
 _AXES = 0.08  # [m]
 
@@ -70,7 +70,7 @@ class RobotView:
         zero = gui.add_button("All joints to zero")
         zero.on_click(lambda _: self.set_joints(np.zeros(robot.na)))
         sliders: dict[int, viser.GuiSliderHandle] = {}
-        for limb in limbs_of(robot, robot.joint_names):
+        for limb in joint_groups_of(robot, robot.joint_names):
             with gui.add_folder(limb.title, expand_by_default=False):
                 for joint, name in zip(
                     limb.joints, limb.short_names(robot.joint_names), strict=True

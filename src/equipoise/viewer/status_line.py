@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import viser
 
-from equipoise.analysis.report_modes import CONTROL, HIERARCHY, MODES, word_of
-from equipoise.viewer.showing import Moment
+from equipoise.analysis.report.modes import CONTROL, HIERARCHY, MODES, word_of
+from equipoise.viewer.layer import Moment
 
 
 class StatusLine:

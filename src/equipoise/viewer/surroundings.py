@@ -6,9 +6,9 @@ import numpy as np
 import viser
 
 from equipoise.scenarios import schema
-from equipoise.scenarios.places import Places
+from equipoise.simulation.build.setup import Setup
 from equipoise.viewer.drawing import Drawing, body_parts
-from equipoise.viewer.showing import Layer, Moment
+from equipoise.viewer.layer import Layer, Moment
 
 
 class Surroundings(Layer):
@@ -16,10 +16,10 @@ class Surroundings(Layer):
 
     title = "World"
 
-    def __init__(self, scene: viser.SceneApi, scenario: schema.Scenario, places: Places) -> None:
+    def __init__(self, scene: viser.SceneApi, scenario: schema.Scenario, setup: Setup) -> None:
         self._bodies = {
-            body.name: Drawing(scene, f"/world/{body.name}", body_parts(places.scene, body.name))
-            for body in places.scene.bodies
+            body.name: Drawing(scene, f"/world/{body.name}", body_parts(setup.scene, body.name))
+            for body in setup.scene.bodies
         }
         self._directions = {
             name: np.array(slider.direction) for name, slider in scenario.world.sliders.items()

@@ -8,9 +8,9 @@ import numpy as np
 import viser
 
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.scenarios.places import Places
+from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
-from equipoise.viewer.showing import Layer, Moment
+from equipoise.viewer.layer import Layer, Moment
 
 COLOUR = (120, 60, 200)
 
@@ -23,8 +23,8 @@ class TrailLayer(Layer):
 
     title = "Trails of the hands"
 
-    def __init__(self, scene: viser.SceneApi, places: Places) -> None:
-        robot = places.robot
+    def __init__(self, scene: viser.SceneApi, setup: Setup) -> None:
+        robot = setup.robot
         self._evaluator = KinematicsEvaluator(robot)
         self._still = np.zeros(robot.nv)
         self._frames = [robot.frame_id(palm.frame) for palm in robot.palms]
@@ -71,5 +71,5 @@ class TrailLayer(Layer):
         self._lines.points = segments.astype(np.float32)
 
     def _palms(self, kin) -> Array:
-        places = [kin.placement(frame).translation for frame in self._frames]
-        return np.array(places).reshape(-1, 3)
+        points = [kin.placement(frame).translation for frame in self._frames]
+        return np.array(points).reshape(-1, 3)

@@ -8,7 +8,7 @@ from time import perf_counter_ns
 
 import numpy as np
 import placo
-from turns import serve
+from protocol import serve
 
 
 class Tick:

@@ -9,7 +9,7 @@ from time import perf_counter_ns
 import numpy as np
 import pinocchio as pin
 import tsid
-from turns import serve
+from protocol import serve
 
 FRICTION, FORCE_MIN, FORCE_MAX = 0.8, 0.0, 2000.0
 GAIN = 100.0  # [1/s^2] of hands, feet and posture; damping is critical

@@ -2,8 +2,8 @@
 
 from equipoise.physics.mujoco.engine import MujocoEngine
 from equipoise.physics.mujoco.health import EngineWarningError
+from equipoise.physics.mujoco.objects import LooseObject, Surroundings
 from equipoise.physics.mujoco.options import MujocoOptions
-from equipoise.physics.mujoco.things import LooseObject, Surroundings
 
 __all__ = [
     "EngineWarningError",

@@ -12,16 +12,16 @@ from equipoise.contacts import ContactStack
 from equipoise.errors import InputError
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
 from equipoise.physics.engine import PhysicsState
+from equipoise.physics.mujoco.contact_forces import Wrench, multipliers
+from equipoise.physics.mujoco.contact_pads import PadSensor
 from equipoise.physics.mujoco.conversion import placement
 from equipoise.physics.mujoco.health import HealthCheck, silence_log_file
 from equipoise.physics.mujoco.library import load_mujoco
 from equipoise.physics.mujoco.model import build_model
+from equipoise.physics.mujoco.objects import Surroundings
 from equipoise.physics.mujoco.options import MujocoOptions
-from equipoise.physics.mujoco.pads import PadSensor
-from equipoise.physics.mujoco.reading import Wrench, multipliers
-from equipoise.physics.mujoco.things import Surroundings
 from equipoise.physics.mujoco.world_model import weld_name
-from equipoise.physics.slider import Slider, SliderMode, SliderState
+from equipoise.physics.pushed_object import PushedObject, PushedObjectMode, PushedObjectState
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
@@ -48,7 +48,7 @@ class MujocoEngine:
         *,
         options: MujocoOptions | None = None,
         surroundings: Surroundings | None = None,
-        pushed: Mapping[Slider, tuple[str, Array]] | None = None,
+        pushed: Mapping[PushedObject, tuple[str, Array]] | None = None,
         v_start: Array | None = None,
     ) -> None:
         self.mujoco = load_mujoco()
@@ -60,7 +60,7 @@ class MujocoEngine:
         self.h = control_dt / self.substeps
         self._control_dt = control_dt
         self._pushed = dict(pushed or {})
-        self.sliders = {slider: SliderState() for slider in self._pushed}
+        self.sliders = {slider: PushedObjectState() for slider in self._pushed}
         self._evaluator = KinematicsEvaluator(robot)
         v = np.zeros(robot.nv) if v_start is None else np.array(v_start, dtype=float)
         start = self._evaluator.at(q_start, v)
@@ -80,7 +80,7 @@ class MujocoEngine:
         self.external = np.zeros(robot.nv)
         self._ticks = 0
         self._lam = np.zeros(contacts.size)
-        self._drift = 0.0
+        self._violation = 0.0
         self._write(q_start, v)
         self._start_positions = {
             name: self.object_pose(name).translation for name, _ in self._pushed.values()
@@ -119,7 +119,7 @@ class MujocoEngine:
         """The present state."""
         q = self.model.conversion.q(self.simulated.qpos)
         v = self.model.conversion.v(q, self.simulated.qvel)
-        return PhysicsState(self._ticks * self._control_dt, q, v, self._lam.copy(), self._drift)
+        return PhysicsState(self._ticks * self._control_dt, q, v, self._lam.copy(), self._violation)
 
     def step(self, tau: Array) -> PhysicsState:
         """Advance by one control period with `tau` (na,) [N m] held; return the new state.
@@ -144,7 +144,7 @@ class MujocoEngine:
         state = self.state
         kin = self._evaluator.at(state.q, state.v, state.t)
         self._lam = self._read(kin, readings / self.substeps)
-        self._drift = self._support_drift(kin)
+        self._violation = self._support_violation(kin)
         self._move_sliders()
         return self.state
 
@@ -165,7 +165,7 @@ class MujocoEngine:
             )
         return found
 
-    def _support_drift(self, kin: Kinematics) -> float:
+    def _support_violation(self, kin: Kinematics) -> float:
         """Return how far [m or rad] a supporting contact is from where it started."""
         supports = [c for c in self.contacts.contacts if c.supporting]
         return max((float(np.abs(c.residual(kin)).max()) for c in supports), default=0.0)
@@ -204,7 +204,11 @@ class MujocoEngine:
             touching = self._lam[row] > 1e-6
             moving = abs(advanced) > 1e-4 * self._control_dt
             state.mode = (
-                SliderMode.FREE if not touching else SliderMode.SLIP if moving else SliderMode.STICK
+                PushedObjectMode.FREE
+                if not touching
+                else PushedObjectMode.SLIP
+                if moving
+                else PushedObjectMode.STICK
             )
 
     def stand(self) -> Array:

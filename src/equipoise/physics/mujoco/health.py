@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from equipoise.physics.rigid import DivergedError
+from equipoise.physics.rigid.engine import DivergedError
 
 _SENTENCES = {
     "mjWARN_INERTIA": "the inertia matrix became singular",

@@ -8,11 +8,11 @@ from typing import Any
 
 from equipoise.contacts import ContactStack
 from equipoise.kinematics import Kinematics
+from equipoise.physics.mujoco.contact_pads import PadSensor, add_floor, add_pad_bodies, add_pads
 from equipoise.physics.mujoco.conversion import StateConversion
+from equipoise.physics.mujoco.objects import Surroundings
 from equipoise.physics.mujoco.options import MujocoOptions
-from equipoise.physics.mujoco.pads import PadSensor, add_floor, add_pad_bodies, add_pads
 from equipoise.physics.mujoco.robot_model import add_link_shapes, add_robot
-from equipoise.physics.mujoco.things import Surroundings
 from equipoise.physics.mujoco.world_model import add_fixed, add_loose
 from equipoise.robots import Robot
 

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from equipoise.collision.scene import Body, Shape
 from equipoise.errors import InputError
+from equipoise.physics.mujoco.contact_pads import add_grip_plate
 from equipoise.physics.mujoco.conversion import quat_wxyz
+from equipoise.physics.mujoco.objects import LooseObject
 from equipoise.physics.mujoco.options import MujocoOptions
-from equipoise.physics.mujoco.pads import add_grip_plate
 from equipoise.physics.mujoco.robot_model import (
     LINK_BIT,
     OBJECT_BIT,
@@ -19,8 +21,6 @@ from equipoise.physics.mujoco.robot_model import (
     place,
     set_inertia,
 )
-from equipoise.physics.mujoco.things import LooseObject
-from equipoise.world import Body, Shape
 
 
 def add_fixed(mujoco: ModuleType, spec: Any, body: Body) -> None:

@@ -1,0 +1,100 @@
+"""Which joints belong together in a figure: legs, arms, torso and head."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from equipoise.robots import Robot
+
+_MOST_JOINTS = 8
+
+
+@dataclass(frozen=True)
+class JointGroup:
+    """Joints of one limb: its title, and their places among the actuated joints, from the base."""
+
+    title: str
+    joints: tuple[int, ...]
+
+    def short_names(self, names: tuple[str, ...]) -> list[str]:
+        """Return the joints' names without what all of them share."""
+        own = [names[i] for i in self.joints]
+        cut = 0
+        if len(own) > 1:
+            first, last = min(own), max(own)
+            alike = [a == b for a, b in zip(first, last, strict=False)]
+            shared = first[: [*alike, False].index(False)]
+            cut = shared.rfind("_") + 1
+        return [name[cut:] for name in own]
+
+
+def joint_groups_of(robot: Robot | None, names: tuple[str, ...]) -> list[JointGroup]:
+    """Return the joint_groups that the actuated joints `names` make up, legs first.
+
+    With a robot, a limb is the way from the trunk to a sole or a palm, with the fingers beyond;
+    the trunk and what else is left (neck, head) is one more. Without, joints whose names begin
+    alike are a limb. A limb of many joints is cut into several.
+    """
+    if robot is None or robot.joint_names != names:
+        return _cut(_by_beginning(names))
+    return _cut(_by_tree(robot))
+
+
+def _by_tree(robot: Robot) -> list[JointGroup]:
+    ends = [(sole.frame, "leg") for sole in robot.soles]
+    ends += [(palm.frame, "arm") for palm in robot.palms]
+    ways = {frame: _way(robot, frame) for frame, _ in ends}
+    owner: dict[int, str] = {}
+    for frame, way in ways.items():
+        others = {joint for other, w in ways.items() if other != frame for joint in w}
+        owner.update((joint, frame) for joint in way if joint not in others)
+    for joint in range(2, robot.model.njoints):
+        parent = robot.model.parents[joint]
+        if joint not in owner and parent in owner:
+            owner[joint] = owner[parent]
+    joint_groups = [
+        JointGroup(_title(frame, kind), tuple(j - 2 for j in sorted(owner) if owner[j] == frame))
+        for frame, kind in ends
+    ]
+    rest = tuple(j - 2 for j in range(2, robot.model.njoints) if j not in owner)
+    if rest:
+        legs = sum(kind == "leg" for _, kind in ends)
+        joint_groups.insert(legs, JointGroup("Torso and head" if ends else "Joints", rest))
+    return [limb for limb in joint_groups if limb.joints]
+
+
+def _way(robot: Robot, frame: str) -> set[int]:
+    """Return the actuated joints between the base and a frame."""
+    joint = robot.model.frames[robot.frame_id(frame)].parentJoint
+    way = set()
+    while joint > 1:
+        way.add(joint)
+        joint = robot.model.parents[joint]
+    return way
+
+
+def _title(frame: str, kind: str) -> str:
+    for side in ("left", "right"):
+        if side in frame.lower():
+            return f"{side.capitalize()} {kind}"
+    return f"{kind.capitalize()} to {frame}"
+
+
+def _by_beginning(names: tuple[str, ...]) -> list[JointGroup]:
+    groups: dict[str, list[int]] = {}
+    for i, name in enumerate(names):
+        beginning = re.match(r"[A-Za-z]*", name).group()
+        groups.setdefault(beginning or "Joints", []).append(i)
+    return [JointGroup(title, tuple(joints)) for title, joints in groups.items()]
+
+
+def _cut(joint_groups: list[JointGroup]) -> list[JointGroup]:
+    pieces = []
+    for limb in joint_groups:
+        count = -(-len(limb.joints) // _MOST_JOINTS)
+        size = -(-len(limb.joints) // count)
+        for k in range(count):
+            title = limb.title if count == 1 else f"{limb.title}, {k + 1} of {count}"
+            pieces.append(JointGroup(title, limb.joints[k * size : (k + 1) * size]))
+    return pieces

@@ -1,0 +1,73 @@
+"""How well contact forces followed what was wanted, and what they pushed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equipoise.analysis.metrics.base import Metric, rms
+from equipoise.analysis.run_context import RunContext
+from equipoise.spatial import Array
+
+
+def _forces(context: RunContext) -> list[tuple[Array, Array]]:
+    """Return wanted and achieved multipliers (K, k) of each contact with regulated rows.
+
+    Of a pushing contact only the ticks of the travel count, of others the settled ones.
+    """
+    travels = {name: slider.travel for name, _, slider in context.pushes()}
+    t, found = context.run.t, []
+    for name in context.scenario.contacts:
+        if f"lam_ref/{name}" not in context.run:
+            continue
+        keep = context.settled
+        if name in travels:
+            keep = (t >= travels[name].start) & (t <= travels[name].end)
+        regulated = context.run.channels[f"lam_ref/{name}"].labels
+        labels = context.run.channels[f"lam/{name}"].labels
+        columns = [labels.index(r) for r in regulated]
+        wanted = context.run[f"lam_ref/{name}"][keep]
+        found.append((wanted, context.run[f"lam/{name}"][:, columns][keep]))
+    return found
+
+
+def _force_rms(context: RunContext) -> float | None:
+    errors = [rms(achieved - wanted) for wanted, achieved in _forces(context)]
+    return max(errors, default=None)
+
+
+def _force_share(context: RunContext) -> float | None:
+    shares = [
+        rms(achieved - wanted) / max(rms(wanted), 1e-9) for wanted, achieved in _forces(context)
+    ]
+    return max(shares, default=None)
+
+
+def _travel_error(context: RunContext) -> float | None:
+    errors = [
+        abs(float(context.run[f"slider/{spec.slider}"][-1, 0]) - slider.travel.distance)
+        for _, spec, slider in context.pushes()
+    ]
+    return max(errors, default=None)
+
+
+def _creep(context: RunContext) -> float | None:
+    """Path of a pushed object in all while its wanted push is below 95 % of the Coulomb force."""
+    paths = []
+    for name, spec, slider in context.pushes():
+        below = context.run[f"lam_ref/{name}"][:, 0] < 0.95 * slider.coulomb
+        steps = np.abs(np.diff(context.run[f"slider/{spec.slider}"][:, 0]))
+        paths.append(float(steps[below[1:] & below[:-1]].sum()))
+    return max(paths, default=None)
+
+
+METRICS = (
+    Metric("force_error_rms", "N", "regulated contact force, RMS, settled", _force_rms),
+    Metric(
+        "force_error_share",
+        "",
+        "its error as a share of its value (a push: while it travels)",
+        _force_share,
+    ),
+    Metric("travel_error", "m", "pushed object from its target at the end", _travel_error),
+    Metric("creep", "m", "its path while the push is below the friction force", _creep),
+)

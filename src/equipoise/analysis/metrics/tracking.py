@@ -1,0 +1,56 @@
+"""How well hands, frames, base and posture followed their references."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from equipoise.analysis.metrics.base import ANGLE, POSITION, Metric, largest, lengths
+from equipoise.analysis.run_context import RunContext
+from equipoise.scenarios import schema
+
+
+def _palm(part: slice, ticks: str) -> Callable[[RunContext], float | None]:
+    def compute(context: RunContext) -> float | None:
+        count = len(context.run.t)
+        keep = {
+            "settled": context.settled,
+            "all": np.ones(count, dtype=bool),
+            "end": np.arange(count) == count - 1,
+        }[ticks]
+        return largest(lengths(context.errors_of(schema.HandOnObjectSpec), part), keep)
+
+    return compute
+
+
+def _posture(context: RunContext) -> float | None:
+    return largest([context.run["dq"]], context.settled)
+
+
+def _path(context: RunContext) -> float | None:
+    errors = context.errors_of(schema.FramePathSpec)
+    return largest(lengths(errors, POSITION), context.settled)
+
+
+def _base(context: RunContext) -> float | None:
+    return largest(lengths([context.run["dq"]], POSITION), context.settled)
+
+
+_TO_TARGETS = "palms to their targets: "
+METRICS = (
+    Metric(
+        "palm_position_error", "m", _TO_TARGETS + "position, settled", _palm(POSITION, "settled")
+    ),
+    Metric("palm_angle_error", "rad", _TO_TARGETS + "angle, settled", _palm(ANGLE, "settled")),
+    Metric("palm_position_worst", "m", _TO_TARGETS + "position, any time", _palm(POSITION, "all")),
+    Metric("palm_position_end", "m", _TO_TARGETS + "position, last tick", _palm(POSITION, "end")),
+    Metric(
+        "posture_error",
+        "rad",
+        "largest component of q - q_ref, settled (base position in m)",
+        _posture,
+    ),
+    Metric("path_error", "m", "frames to the paths of their own: position, settled", _path),
+    Metric("base_error", "m", "base from where its reference is, settled", _base),
+)

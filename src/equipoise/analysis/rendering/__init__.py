@@ -1,0 +1,1 @@
+"""Pictures in three dimensions: meshes of a scene, cameras, rasters, films."""

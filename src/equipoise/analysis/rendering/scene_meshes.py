@@ -1,0 +1,92 @@
+"""What there is to draw of a scene: coloured triangles that move with the joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from equipoise.analysis.rendering.tessellation import Mesh, tessellate
+from equipoise.collision.scene import Scene
+from equipoise.spatial import Array
+
+_LENS_RADIUS = 0.03  # [m]
+_LENS_RGB = (0.08, 0.09, 0.11)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh in the axes of a joint, and its colour (3,) in 0..1."""
+
+    joint: int
+    mesh: Mesh
+    rgb: Array
+
+
+@dataclass(frozen=True)
+class Picture:
+    """All triangles of a scene at one configuration; `part` (m,) tells whose each is."""
+
+    mesh: Mesh
+    part: Array
+    rgb: Array
+
+
+class SceneMeshes:
+    """The shapes of a scene, tessellated once: the robot's visual shapes and all world bodies.
+
+    A robot without visual shapes is drawn by its collision shapes. Where the robot has a camera,
+    a dark ball stands for its lens, for the eye alone.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.model = scene.robot.model
+        self._data = self.model.createData()
+        self.parts = tuple([*_robot_parts(scene), *_world_parts(scene)])
+        self.moving = np.array([part.joint > 0 for part in self.parts])
+
+    def at(self, q: Array) -> Picture:
+        """Return the triangles in world coordinates at a configuration `q` (nq,)."""
+        pin.forwardKinematics(self.model, self._data, np.array(q, dtype=float))
+        placed = [part.mesh.moved(self._data.oMi[part.joint]) for part in self.parts]
+        starts = np.cumsum([0, *(len(mesh.vertices) for mesh in placed)])
+        joined = Mesh(
+            np.vstack([np.empty((0, 3)), *(mesh.vertices for mesh in placed)]),
+            np.vstack([np.empty((0, 3)), *(mesh.normals for mesh in placed)]),
+            np.vstack(
+                [
+                    np.empty((0, 3), dtype=int),
+                    *(mesh.triangles + start for mesh, start in zip(placed, starts, strict=False)),
+                ]
+            ),
+        )
+        part = np.repeat(np.arange(len(placed)), [len(mesh.triangles) for mesh in placed])
+        return Picture(joined, part, np.array([p.rgb for p in self.parts]).reshape(-1, 3))
+
+
+def _robot_parts(scene: Scene) -> list[Part]:
+    robot = scene.robot
+    shapes = list(robot.visual_model.geometryObjects) or robot.collision_model.geometryObjects
+    parts = _parts(shapes)
+    if robot.camera is not None:
+        frame = robot.model.frames[robot.frame_id(robot.camera)]
+        lens = tessellate(coal.Sphere(_LENS_RADIUS))
+        parts.append(Part(frame.parentJoint, lens.moved(frame.placement), np.array(_LENS_RGB)))
+    return parts
+
+
+def _world_parts(scene: Scene) -> list[Part]:
+    shapes = scene.geometry.geometryObjects
+    return _parts([shapes[i] for body in scene.bodies for i in scene.shapes_of(body.name)])
+
+
+def _parts(shapes: list[pin.GeometryObject]) -> list[Part]:
+    parts = []
+    for shape in shapes:
+        mesh = tessellate(shape.geometry)
+        if mesh is not None and len(mesh.triangles):
+            rgb = np.clip(np.asarray(shape.meshColor, dtype=float)[:3], 0.0, 1.0)
+            parts.append(Part(shape.parentJoint, mesh.moved(shape.placement), rgb))
+    return parts

@@ -1,0 +1,133 @@
+"""A run with what its scenario says about it, as far as it can still be read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from equipoise.analysis.joint_groups import JointGroup, joint_groups_of
+from equipoise.contacts import ReactionMargins
+from equipoise.errors import EquipoiseError, RunLogError
+from equipoise.runlog import Run
+from equipoise.scenarios import schema
+from equipoise.scenarios.read import parse_scenario
+from equipoise.simulation.build.setup import Setup, build_setup
+from equipoise.spatial import Array
+
+_BASE_NUMBERS = 7
+
+
+@dataclass(frozen=True, eq=False)
+class RunContext:
+    """A run; `known` says whether its scenario and setup could be read (any more)."""
+
+    run: Run
+    _scenario: schema.Scenario | None
+    _setup: Setup | None
+
+    @classmethod
+    def of(cls, run: Run, setup: Setup | None = None) -> RunContext:
+        """Return the context of a run; `setup` is built from its scenario unless given."""
+        try:
+            scenario = parse_scenario(run.scenario_text)
+            return cls(run, scenario, setup or build_setup(scenario))
+        except EquipoiseError:
+            return cls(run, None, None)
+
+    @property
+    def known(self) -> bool:
+        """Whether the run's scenario can be read."""
+        return self._scenario is not None and self._setup is not None
+
+    @property
+    def scenario(self) -> schema.Scenario:
+        """The scenario. Raises: `RunLogError` where it is not `known`."""
+        if self._scenario is None:
+            raise RunLogError("The scenario in the run's log can no longer be read.")
+        return self._scenario
+
+    @property
+    def setup(self) -> Setup:
+        """Robot, scene and contacts. Raises: `RunLogError` where they are not `known`."""
+        if self._setup is None:
+            raise RunLogError("The scenario in the run's log can no longer be read.")
+        return self._setup
+
+    @cached_property
+    def settled(self) -> Array:
+        """Which ticks (N,) bool come after `acceptance.after`."""
+        return self.run.t >= self.scenario.acceptance.after
+
+    def errors_of(self, kind: type[schema.TaskBase]) -> list[Array]:
+        """Return the pose error (N, 6) of each task of a kind."""
+        return [
+            self.run[f"error/{name}"]
+            for name, spec in self.scenario.tasks.items()
+            if isinstance(spec, kind) and f"error/{name}" in self.run
+        ]
+
+    def pushes(self) -> list[tuple[str, schema.PushContactSpec, schema.SliderSpec]]:
+        """Return each pushing contact with the object it pushes."""
+        return [
+            (name, spec, self.scenario.world.sliders[spec.slider])
+            for name, spec in self.scenario.contacts.items()
+            if isinstance(spec, schema.PushContactSpec)
+        ]
+
+    def margins(self, kind: str) -> list[Array]:
+        """Return one component (N,) of the reaction margins of each sole."""
+        column = ReactionMargins.LABELS.index(kind)
+        return [self.run[n][:, column] for n in self.run.names if n.startswith("margin/")]
+
+    def has(self, *channels: str) -> bool:
+        """Return whether there are ticks, and numbers of all these channels in them."""
+        run = self.run
+        return run.t.size > 0 and all(c in run and run[c].shape[1] > 0 for c in channels)
+
+    @property
+    def drawable(self) -> bool:
+        """Whether the robot is known and at least one of its configurations."""
+        if not self.known or not self.has("q"):
+            return False
+        q = self.run["q"]
+        return q.shape[1] == self.setup.robot.nq and bool(np.isfinite(q).all(axis=1).any())
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the actuated joints, from the log."""
+        if "tau" in self.run.channels:
+            return self.run.channels["tau"].labels
+        return self.run.channels["q"].labels[_BASE_NUMBERS:] if "q" in self.run.channels else ()
+
+    @property
+    def joint_groups(self) -> list[JointGroup]:
+        """How the joints are grouped."""
+        return joint_groups_of(self.setup.robot if self.known else None, self.joint_names)
+
+    @property
+    def followed_frames(self) -> list[str]:
+        """Tasks whose pose error is of interest: hands on objects, all logged ones without such."""
+        logged = [name.removeprefix("error/") for name in self.run if name.startswith("error/")]
+        specs = self.scenario.tasks if self.known else {}
+        hands = [name for name in logged if isinstance(specs.get(name), schema.HandOnObjectSpec)]
+        return hands or logged
+
+    @property
+    def security(self) -> dict[str, float]:
+        """The distance [m] that each avoided pair has to keep."""
+        tasks = self.scenario.tasks.values() if self.known else ()
+        return {
+            f"{first} - {second}": task.security
+            for task in tasks
+            if isinstance(task, schema.AvoidanceSpec) and task.enabled
+            for first, second in task.pairs
+        }
+
+    @property
+    def com_margin(self) -> float | None:
+        """The distance [m] to the polygon's edge that a task keeps, None without such a task."""
+        tasks = self.scenario.tasks.values() if self.known else ()
+        margins = [t.margin for t in tasks if isinstance(t, schema.ComPolygonSpec) and t.enabled]
+        return max(margins, default=None)

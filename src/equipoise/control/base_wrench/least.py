@@ -1,0 +1,104 @@
+"""Underactuation: the wrench that has no motor is handed to the supporting contacts.
+
+`S^T tau = u - J_r^T F`, with `F` such that the base rows vanish: the motion stays that of the fully
+actuated law, the reaction of the supporting contacts changes by `F`. Geometry only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equipoise.compiled.compilation import compiled, entrance
+from equipoise.compiled.scratch import scratch, scratch_matrix
+from equipoise.spatial import Array
+
+LIGHTEST = 0.05  # share of the mean load below which a foot counts as no lighter
+
+
+def distribute_base_wrench(u_base: Array, J_base: Array, costs: Array, lam_without: Array) -> Array:
+    """Return `F` (k,) with `J_base^T F = u_base`, making the reaction as easy as possible.
+
+    Args: `u_base` (6,) base rows of the law; `J_base` (k, 6) base columns of the supporting rows;
+    `costs` (k,) > 0 of each component; `lam_without` (k,) the reaction that would act with
+    F = 0, as predicted from the last measured one: `lam_meas - F_previous`. Among all F the one
+    returned minimises `sum (costs * (lam_without + F))^2`.
+    Source: theory of underactuation, after eq. (24); the print puts torque on the base rows.
+    """
+    J = np.ascontiguousarray(J_base, dtype=float)
+    F = np.empty(len(costs))
+    least_reaction(J, np.arange(len(costs)), u_base, costs, lam_without, F)
+    return F
+
+
+@entrance
+def least_reaction(
+    J: np.ndarray,
+    rows: np.ndarray,
+    u: np.ndarray,
+    costs: np.ndarray,
+    lam_without: np.ndarray,
+    F: np.ndarray,
+) -> None:
+    """Write the F [k] of `distribute_base_wrench`; J [r, nv] has the supporting rows at `rows`."""
+    normal, wanted = scratch_matrix(6, 6), scratch(6)
+    normal[:, :] = 0.0
+    for i in range(6):
+        wanted[i] = u[i]
+    for k in range(rows.shape[0]):
+        weight = 1.0 / (costs[k] * costs[k])
+        for i in range(6):
+            wanted[i] += J[rows[k], i] * lam_without[k]
+            for m in range(6):
+                normal[i, m] += weight * J[rows[k], i] * J[rows[k], m]
+    solve_in_place(normal, wanted)
+    for k in range(rows.shape[0]):
+        total = 0.0
+        for i in range(6):
+            total += J[rows[k], i] * wanted[i]
+        F[k] = total / (costs[k] * costs[k]) - lam_without[k]
+
+
+@entrance
+def reaction_costs(
+    lam: np.ndarray, normal_rows: np.ndarray, ends: np.ndarray, terms: np.ndarray, costs: np.ndarray
+) -> None:
+    """Write the costs [k] of the supporting rows at the loads that were last measured.
+
+    Contact i has the rows up to ends[i] and its compression in lam[normal_rows[i]] (-1: none);
+    `terms` [2, k] holds for each row the constant part of its cost and the part over the load.
+    """
+    count = normal_rows.shape[0]
+    normal, mean = scratch(count), 0.0
+    for i in range(count):
+        normal[i] = max(lam[normal_rows[i]], 0.0) if normal_rows[i] >= 0 else 0.0
+        mean += normal[i] / count
+    start = 0
+    for i in range(count):
+        load = min(max(normal[i] / mean, LIGHTEST), 1.0 / LIGHTEST) if mean > 0.0 else 1.0
+        for k in range(start, ends[i]):
+            costs[k] = terms[0, k] + terms[1, k] / load
+        start = ends[i]
+
+
+@compiled
+def solve_in_place(M: np.ndarray, b: np.ndarray) -> None:
+    """Overwrite b [n] with the solution of M x = b by elimination with pivots; M is lost."""
+    n = b.shape[0]
+    for k in range(n):
+        p = k
+        for i in range(k + 1, n):
+            if abs(M[i, k]) > abs(M[p, k]):
+                p = i
+        if p != k:
+            b[k], b[p] = b[p], b[k]
+            for c in range(n):
+                M[k, c], M[p, c] = M[p, c], M[k, c]
+        for i in range(k + 1, n):
+            factor = M[i, k] / M[k, k]
+            b[i] -= factor * b[k]
+            for c in range(k + 1, n):
+                M[i, c] -= factor * M[k, c]
+    for k in range(n - 1, -1, -1):
+        for c in range(k + 1, n):
+            b[k] -= M[k, c] * b[c]
+        b[k] /= M[k, k]

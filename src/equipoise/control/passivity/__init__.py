@@ -1,0 +1,1 @@
+"""The model-free force-motion law: error manifolds, gains, torque."""

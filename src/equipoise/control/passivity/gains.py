@@ -1,0 +1,89 @@
+"""The gains of the law, with the paper's letters and a table of what each does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from equipoise.control.passivity.sign import SignFunction
+from equipoise.errors import InputError
+from equipoise.spatial import Array
+
+
+@dataclass(frozen=True)
+class ControlGains:
+    """Gains of (20)-(24). Scalars act on every component alike.
+
+    | gain | unit | what it does |
+    |---|---|---|
+    | `K_d` | N m s/rad (nv, nv) | damping of the extended error s; stiffness is `K_d alpha` |
+    | `alpha` | 1/s | how fast a posture error dies on the sliding mode |
+    | `beta_p` | 1/s | how fast the starting value s_p(t0) is forgotten |
+    | `k_ip` | rad/s^2 | slope of the integral of sgn(s_qp); must exceed the disturbance's rate |
+    | `beta` | 1/kg | weight of the force error in s |
+    | `beta_F` | 1/s | how fast the starting value s_F(t0) is forgotten |
+    | `k_iF` | N | slope of the integral of sgn(s_qF), and size of the tanh term |
+    | `mu` | 1/(N s) | steepness of the tanh term |
+    | `eta` | 1/s | how fast the integrated force error dies |
+    | `sgn_p`, `sgn_F` | | sign functions of the two integrals |
+    | `integral_max` | s | bound on each integral of sgn_p: it carries at most this times K_d k_ip |
+    | `handover` | s | how fast the difference fades that a change of contacts would make |
+    | `damp_violation` | | add `(I - Q_phi) dv` to s: zero on a rigid contact, steadies a soft one |
+
+    `K_d` may be a scalar, a vector (nv,) or a symmetric positive definite matrix (nv, nv).
+    """
+
+    K_d: Array | float
+    alpha: float = 20.0
+    beta_p: float = 5.0
+    k_ip: float = 5.0
+    beta: float = 0.05
+    beta_F: float = 5.0
+    k_iF: float = 5.0
+    mu: float = 5.0
+    eta: float = 20.0
+    sgn_p: SignFunction = field(default_factory=SignFunction)
+    sgn_F: SignFunction = field(default_factory=SignFunction)
+    integral_max: float = 10.0
+    handover: float = 0.3
+    damp_violation: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("alpha", "beta_p", "beta", "beta_F", "mu", "eta", "integral_max", "handover"):
+            self._require_positive(name)
+        for name in ("k_ip", "k_iF"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0.0):
+                raise InputError(f"gain {name} must be finite and not negative", given=value)
+            object.__setattr__(self, name, float(value))
+        K_d = np.asarray(self.K_d, dtype=float)
+        if not np.isfinite(K_d).all():
+            raise InputError("gain K_d holds a NaN or an infinity")
+        if K_d.ndim < 2 and not (K_d > 0.0).all():
+            raise InputError("gain K_d must be positive", given=self.K_d)
+        if K_d.ndim == 2:
+            self._require_positive_definite(K_d)
+
+    def _require_positive(self, name: str) -> None:
+        value = getattr(self, name)
+        if not (np.isfinite(value) and value > 0.0):
+            raise InputError(f"gain {name} must be finite and positive", given=value)
+        object.__setattr__(self, name, float(value))
+
+    @staticmethod
+    def _require_positive_definite(K_d: Array) -> None:
+        if K_d.shape[0] != K_d.shape[1] or not np.allclose(K_d, K_d.T):
+            raise InputError("gain K_d must be square and symmetric", given=K_d.shape)
+        smallest = float(np.linalg.eigvalsh(K_d)[0])
+        if not smallest > 0.0:
+            raise InputError("gain K_d must be positive definite", given=smallest)
+
+    def damping_matrix(self, nv: int) -> Array:
+        """Return `K_d` as a matrix (nv, nv)."""
+        K_d = np.asarray(self.K_d, dtype=float)
+        if K_d.ndim == 2:
+            if K_d.shape != (nv, nv):
+                raise InputError(f"gain K_d must be ({nv}, {nv})", given=K_d.shape)
+            return K_d.copy()
+        return np.diag(np.broadcast_to(K_d, (nv,)).astype(float))

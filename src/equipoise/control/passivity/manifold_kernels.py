@@ -1,0 +1,87 @@
+"""Kernels of the two error manifolds (22), (23); each memory is one array, a row a quantity."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from equipoise.compiled.compilation import compiled, entrance
+
+SIGN, TANH, SATURATION = range(3)  # kinds of sign functions
+# rows of the memory of the posture manifold, and of the force manifold
+S_P0, INTEGRAL, S_P, S_QP, S_RP = range(5)
+S_F0, INTEGRAL_F, S_F, S_QF, S_RF, RATE_OF_S_DF = range(6)
+
+
+@entrance
+def sign_of(x: np.ndarray, kind: int, layer: float, out: np.ndarray) -> None:
+    """Write the sign of `x` by component."""
+    for i in range(x.shape[0]):
+        out[i] = soft_sign(x[i], kind, layer)
+
+
+@compiled
+def soft_sign(x: float, kind: int, layer: float) -> float:
+    """Return sgn x, tanh(x / layer), or x / layer cut at -1 and 1."""
+    if kind == SIGN:
+        return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
+    if kind == TANH:
+        return math.tanh(x / layer)
+    return min(max(x / layer, -1.0), 1.0)
+
+
+@entrance
+def posture_update(
+    memory: np.ndarray,
+    dq: np.ndarray,
+    dv: np.ndarray,
+    age: float,
+    alpha: float,
+    beta_p: float,
+    k_ip: float,
+) -> None:
+    """Write s_p, s_qp and s_rp at `age` = t - t0. Source: eq. (22a)-(22d), see the class."""
+    forgotten = math.exp(-beta_p * age)
+    for i in range(memory.shape[1]):
+        memory[S_P, i] = dv[i] + alpha * dq[i]
+        memory[S_QP, i] = memory[S_P, i] - memory[S_P0, i] * forgotten
+        memory[S_RP, i] = memory[S_QP, i] + k_ip * memory[INTEGRAL, i]
+
+
+@entrance
+def posture_integrate(
+    memory: np.ndarray,
+    s_qp_tangent: np.ndarray,
+    held: np.ndarray,
+    dt: float,
+    bound: float,
+    kind: int,
+    layer: float,
+) -> None:
+    """Advance the bounded integral of sgn, except where it is held."""
+    for i in range(memory.shape[1]):
+        if held[i] == 0.0:
+            advanced = memory[INTEGRAL, i] + dt * soft_sign(s_qp_tangent[i], kind, layer)
+            memory[INTEGRAL, i] = min(max(advanced, -bound), bound)
+
+
+@entrance
+def force_update(memory: np.ndarray, age: float, beta_F: float, k_iF: float) -> None:
+    """Write s_qF, s_rF and ds_dF/dt at `age` = t - t0. Source: eq. (23a)-(23d), see the class."""
+    forgotten = math.exp(-beta_F * age)
+    for i in range(memory.shape[1]):
+        s_dF = memory[S_F0, i] * forgotten
+        memory[RATE_OF_S_DF, i] = -beta_F * s_dF
+        memory[S_QF, i] = memory[S_F, i] - s_dF
+        memory[S_RF, i] = memory[S_QF, i] + k_iF * memory[INTEGRAL_F, i]
+
+
+@entrance
+def force_integrate(
+    memory: np.ndarray, dlam: np.ndarray, dt: float, kind: int, layer: float
+) -> None:
+    """Advance both integrals with the force error."""
+    for i in range(memory.shape[1]):
+        memory[INTEGRAL_F, i] += dt * soft_sign(memory[S_QF, i], kind, layer)
+        memory[S_F, i] += dt * dlam[i]

@@ -1,0 +1,55 @@
+"""What stands around the robot in MuJoCo, in our own words: fixed bodies and loose objects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.collision.scene import Body
+
+Grip = Literal["rigid", "friction"]
+
+
+@dataclass(frozen=True)
+class LooseObject:
+    """A rigid body with mass [kg] that only its contacts, and perhaps a grip, hold.
+
+    `body` gives name and shapes; it starts at `T_world_start`. `handles` maps frames of the robot
+    to their place in the object's axes; with grip `rigid` they are welded to it, with `friction`
+    only touching plates hold it. `payloads` are point masses [kg] at points (3,) [m] of it.
+    `viscosity` [N s/m] resists sliding (a felt under it). What is welded is let go at `release`
+    [s]; before `handed_over` [s] a weld also carries what friction is to hold afterwards.
+    """
+
+    body: Body
+    mass: float
+    friction: float
+    T_world_start: pin.SE3
+    handles: tuple[tuple[int, pin.SE3], ...] = ()
+    grip: Grip = "rigid"
+    payloads: tuple[tuple[float, tuple[float, float, float]], ...] = ()
+    viscosity: float = 0.0
+    release: float = np.inf
+    handed_over: float = 0.5
+
+    @property
+    def let_go(self) -> float:
+        """Time [s] at which the weld opens."""
+        return self.release if self.grip == "rigid" else min(self.handed_over, self.release)
+
+    @property
+    def name(self) -> str:
+        """Name of the object."""
+        return self.body.name
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Fixed bodies and loose objects; `floor_height` [m] is where the floor lies."""
+
+    fixed: tuple[Body, ...] = ()
+    loose: tuple[LooseObject, ...] = ()
+    floor_height: float | None = 0.0

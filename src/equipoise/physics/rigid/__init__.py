@@ -1,0 +1,1 @@
+"""Rigid bodies with rigid bilateral contacts, equation (8)."""

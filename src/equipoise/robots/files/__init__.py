@@ -1,0 +1,1 @@
+"""Readers of robot descriptions (URDF, SRDF, the robot's YAML) and their checks."""

@@ -1,0 +1,56 @@
+"""Says everything that is wrong with a robot description, for a person who wants to mend it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from equipoise.errors import InputError
+from equipoise.robots.files.check_tree import check_tree
+from equipoise.robots.files.finding import ERROR, WARNING, Finding
+from equipoise.robots.files.source import find_source
+from equipoise.robots.files.srdf import read_srdf
+from equipoise.robots.load import load_robot
+from equipoise.robots.robot import Robot
+
+
+def check_urdf(
+    path: str | Path,
+    *,
+    srdf_path: str | Path | None = None,
+    extras_path: str | Path | None = None,
+    package_dirs: Sequence[str | Path] = (),
+) -> list[Finding]:
+    """Return all errors and warnings of a URDF (or a robot's YAML or folder); empty means sound.
+
+    Never raises for a bad file: what `load_robot` would raise is among the findings.
+    """
+    try:
+        source = find_source(path, srdf_path=srdf_path, extras_path=extras_path)
+        urdf, tree = source.urdf, source.tree()
+    except InputError as error:
+        return [Finding(ERROR, Path(path).name, str(error))]
+    _, findings = check_tree(tree, urdf, package_dirs)
+    if any(finding.severity == ERROR for finding in findings):
+        return findings
+    try:
+        robot = load_robot(
+            path, srdf_path=srdf_path, extras_path=extras_path, package_dirs=package_dirs
+        )
+    except InputError as error:
+        return [*findings, Finding(ERROR, urdf.name, str(error))]
+    findings += _unknown_links(source.srdf, robot)
+    if not robot.soles:
+        remedy = f"List the soles in {source.yaml.name}"
+        findings.append(Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy))
+    return findings
+
+
+def _unknown_links(srdf: Path | None, robot: Robot) -> list[Finding]:
+    """Warn of disabled collision pairs with a link that does not exist: they disable nothing."""
+    pairs = read_srdf(srdf).disabled_pairs if srdf else ()
+    unknown = sorted({link for pair in pairs for link in pair} - set(robot.frame_names))
+    return [
+        Finding(WARNING, f"{srdf.name}, link {link!r}", "no such link", "Correct its name")
+        for link in unknown
+    ]

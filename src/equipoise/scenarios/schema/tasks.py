@@ -1,0 +1,129 @@
+"""Tasks of a scenario, one section a kind."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from equipoise.scenarios.schema.base import NotNegative, Positive, Section, Vector3
+from equipoise.scenarios.schema.world import WaypointSpec, require_increasing
+
+
+class TaskBase(Section):
+    """Common keys: `priority` 1 is served first (level 0 belongs to the contacts).
+
+    `window` [start, end]: the task counts between these times only, and fades in after the start
+    and out before the end over `ramp` each; 0 switches it. From start 0 on it counts fully.
+    """
+
+    priority: Annotated[int, Field(ge=1, le=20)]
+    enabled: bool = True
+    window: Annotated[list[NotNegative], Field(min_length=2, max_length=2)] | None = None
+    ramp: NotNegative = 0.3
+
+    @model_validator(mode="after")
+    def _ramps_fit(self) -> TaskBase:
+        if self.window is not None and self.window[1] - self.window[0] < max(2 * self.ramp, 1e-9):
+            raise ValueError("window must end after it starts, by two ramps at least")
+        return self
+
+
+class HoldFrameSpec(TaskBase):
+    """Keep a frame at its pose of the start."""
+
+    kind: Literal["hold_frame"]
+    frame: str
+    rate: Positive = 10.0
+
+
+class FramePathSpec(TaskBase):
+    """A frame follows waypoints of its own; with `travel_of` it also goes along with a slider."""
+
+    kind: Literal["frame_path", "frame_way"]
+    frame: str
+    waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
+    travel_of: str | None = None
+    rate: Positive = 10.0
+
+    @model_validator(mode="after")
+    def _times_increase(self) -> FramePathSpec:
+        require_increasing(self.waypoints)
+        return self
+
+
+class HandOnObjectSpec(TaskBase):
+    """A palm follows the waypoints of the object it holds."""
+
+    kind: Literal["hand_on_object"]
+    hand: str
+    object: str
+    rate: Positive = 10.0
+
+
+class ComPolygonSpec(TaskBase):
+    """Centre of mass inside the polygon of the sole contacts, moved in by `margin`."""
+
+    kind: Literal["com_polygon"]
+    margin: NotNegative = 0.02
+    rate: Positive = 3.0
+
+
+class JointLimitsSpec(TaskBase):
+    """Joint positions `margin` inside their limits, speeds below `velocity_share` of theirs."""
+
+    kind: Literal["joint_limits"]
+    margin: NotNegative = 0.01
+    velocity_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.95
+    rate: Positive = 5.0
+
+
+class GazeSpec(TaskBase):
+    """The camera looks at a point of an object or slider (`offset` in its axes)."""
+
+    kind: Literal["gaze"]
+    object: str
+    offset: Vector3 = [0.0, 0.0, 0.0]
+    rate: Positive = 5.0
+
+
+class AvoidanceSpec(TaskBase):
+    """Pairs of bodies (links, fixed bodies, objects) keep `security` distance.
+
+    `damping` [m/s]: approach speed still allowed at the distance `influence`.
+    """
+
+    kind: Literal["avoidance"]
+    pairs: Annotated[
+        list[Annotated[list[str], Field(min_length=2, max_length=2)]], Field(min_length=1)
+    ]
+    influence: Positive = 0.08
+    security: NotNegative = 0.015
+    damping: Positive = 0.25
+
+    @model_validator(mode="after")
+    def _ordered(self) -> AvoidanceSpec:
+        if self.security >= self.influence:
+            raise ValueError("security must be less than influence")
+        return self
+
+
+class PostureSpec(TaskBase):
+    """All joints are drawn to a posture: `half_sitting`, with chosen joints elsewhere."""
+
+    kind: Literal["posture"]
+    joints: dict[str, float] = {}
+    rate: Positive = 1.0
+
+
+TaskSpec = Annotated[
+    HoldFrameSpec
+    | FramePathSpec
+    | HandOnObjectSpec
+    | ComPolygonSpec
+    | JointLimitsSpec
+    | GazeSpec
+    | AvoidanceSpec
+    | PostureSpec,
+    Field(discriminator="kind"),
+]

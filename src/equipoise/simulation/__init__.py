@@ -1,0 +1,1 @@
+"""The run around the controller: simulated robot, loop, recorder, operator."""

@@ -1,0 +1,115 @@
+"""The engine that a scenario asks for, given the true robot and the true world."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.physics import RigidContactEngine
+from equipoise.scenarios import schema
+from equipoise.simulation.build.setup import Setup
+from equipoise.simulation.build.plant import plant_robot, plant_objects
+from equipoise.spatial import Array
+
+if TYPE_CHECKING:
+    from equipoise.physics.mujoco import LooseObject, MujocoEngine, Surroundings
+
+
+def make_engine(
+    scenario: schema.Scenario, setup: Setup, q_start: Array
+) -> RigidContactEngine | MujocoEngine:
+    """Return the engine at rest at `q_start` (nq,).
+
+    Raises: `InputError` if the engine is not installed or cannot be given the world.
+    """
+    if scenario.physics.engine == "mujoco":
+        return _mujoco(scenario, setup, q_start)
+    physics = scenario.physics
+    return RigidContactEngine(
+        plant_robot(scenario, setup),
+        setup.contacts,
+        q_start,
+        scenario.control.period,
+        substeps=physics.substeps,
+        position_gain=physics.position_gain,
+        velocity_gain=physics.velocity_gain,
+        joint_damping=physics.joint_damping,
+        sliders=plant_objects(scenario),
+    )
+
+
+def _mujoco(scenario: schema.Scenario, setup: Setup, q_start: Array) -> MujocoEngine:
+    from equipoise.physics.mujoco import MujocoEngine, MujocoOptions
+
+    pushed = {}
+    for slider in plant_objects(scenario):
+        name = scenario.contacts[slider.contact].slider
+        pushed[slider] = (name, setup.sliders[name])
+    return MujocoEngine(
+        plant_robot(scenario, setup),
+        setup.contacts,
+        q_start,
+        scenario.control.period,
+        options=MujocoOptions(**scenario.physics.mujoco.model_dump()),
+        surroundings=_surroundings(scenario, setup, q_start),
+        pushed=pushed,
+    )
+
+
+def _surroundings(scenario: schema.Scenario, setup: Setup, q_start: Array) -> Surroundings:
+    from equipoise.physics.mujoco import LooseObject, Surroundings
+    from equipoise.physics.mujoco.contact_pads import floor_height
+
+    bodies = {body.name: body for body in setup.scene.bodies}
+    world = scenario.world
+    loose = [_held(scenario, setup, q_start, name) for name in world.objects]
+    for name, spec in world.sliders.items():
+        loose.append(
+            LooseObject(
+                bodies[name],
+                spec.mass,
+                spec.friction,
+                bodies[name].T_parent_body,
+                viscosity=spec.viscosity,
+            )
+        )
+    return Surroundings(
+        tuple(bodies[name] for name in world.bodies), tuple(loose), floor_height(setup.contacts)
+    )
+
+
+def _held(scenario: schema.Scenario, setup: Setup, q_start: Array, name: str) -> LooseObject:
+    from equipoise.physics.mujoco import LooseObject
+
+    spec = scenario.world.objects[name]
+    body = next(body for body in setup.scene.bodies if body.name == name)
+    kin = KinematicsEvaluator(setup.robot).at(q_start, np.zeros(setup.robot.nv))
+    first = setup.robot.frame_id(next(iter(spec.handles)))
+    T_world_start = kin.placement(first) * setup.handles[name, next(iter(spec.handles))].inverse()
+    return LooseObject(
+        body,
+        spec.mass,
+        spec.friction,
+        T_world_start,
+        handles=tuple(
+            (setup.robot.frame_id(hand), setup.handles[name, hand]) for hand in spec.handles
+        ),
+        grip=spec.grip,
+        release=min(
+            (
+                contact.end
+                for contact in scenario.contacts.values()
+                if isinstance(contact, schema.GraspContactSpec)
+                and contact.object == name
+                and contact.end is not None
+            ),
+            default=np.inf,
+        ),
+        payloads=tuple(
+            (load.mass, tuple(load.at))
+            for load in scenario.disturbances.payloads
+            if load.object == name
+        ),
+    )

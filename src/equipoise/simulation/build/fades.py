@@ -1,0 +1,75 @@
+"""From a scenario to what comes and goes: the fades of its tasks and contacts."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+from equipoise.contacts import ContactSchedule
+from equipoise.hqp import make_solver
+from equipoise.motion import Fading, FadingGenerator, MotionGenerator
+from equipoise.scenarios import schema
+from equipoise.simulation.build.setup import Setup
+from equipoise.spatial import Array
+from equipoise.tasks import ContactTask, Fade, Task
+
+
+def build_fades(scenario: schema.Scenario) -> dict[str, Fade]:
+    """Return the fades by the name of the task; what starts at time 0 was always there."""
+    fades = {}
+    for name, task in scenario.tasks.items():
+        if task.enabled and task.window is not None:
+            start, end = task.window
+            fades[name] = Fade(start if start > 0.0 else -math.inf, end, task.ramp)
+    for name, contact in _ramped(scenario).items():
+        start = contact.start - contact.ramp if contact.start > 0.0 else -math.inf
+        fades[_rows_of(name)] = Fade(start, contact.end + contact.ramp, contact.ramp)
+    return fades
+
+
+def contact_tasks(scenario: schema.Scenario, setup: Setup) -> list[Task]:
+    """Return the tasks of level 0: one of contacts that hold or are switched, one for each ramp.
+
+    A contact is faded in before it holds and out when it holds no more: while it holds, the
+    velocity never violates it.
+    """
+    ramped, rate = _ramped(scenario), scenario.control.contact_rate
+    schedule = setup.reference_schedule
+    if not ramped:
+        return [ContactTask("contacts", schedule, rate=rate)]
+    windows = {
+        name: (spec.start, spec.end)
+        for name, spec in scenario.contacts.items()
+        if isinstance(spec, schema.PushContactSpec) and name not in ramped
+    }
+    kept = [contact for contact in schedule.contacts if contact.name not in ramped]
+    tasks: list[Task] = [ContactTask("contacts", ContactSchedule(kept, windows), rate=rate)]
+    for contact in schedule.contacts:
+        if contact.name in ramped:
+            alone = ContactSchedule([contact], {})
+            tasks.append(ContactTask(_rows_of(contact.name), alone, rate=rate))
+    return tasks
+
+
+def make_generator(
+    scenario: schema.Scenario, setup: Setup, levels: list[list[Task]], q_start: Array
+) -> MotionGenerator | FadingGenerator:
+    """Return what turns the levels into the reference, from `q_start` (nq,) on."""
+    fades, period = build_fades(scenario), scenario.control.period
+    new_solver = partial(make_solver, scenario.control.solver)
+    if not fades:
+        return MotionGenerator(setup.robot, levels, new_solver(), period, q_start)
+    return FadingGenerator(setup.robot, Fading(levels, fades, new_solver), period, q_start)
+
+
+def _ramped(scenario: schema.Scenario) -> dict[str, schema.PushContactSpec]:
+    return {
+        name: spec
+        for name, spec in scenario.contacts.items()
+        if isinstance(spec, schema.PushContactSpec) and spec.ramp > 0.0
+    }
+
+
+def _rows_of(contact: str) -> str:
+    """Return the name of the task that holds a faded contact; no scenario's task can have it."""
+    return f"contact {contact}"

@@ -1,0 +1,203 @@
+"""From a scenario to levels of tasks: one builder a kind of task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from equipoise.errors import InputError, NameNotFoundError, ScenarioError
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.scenarios import schema
+from equipoise.simulation.build.fades import build_fades, contact_tasks
+from equipoise.simulation.build.setup import Setup, check_handle, check_target, to_waypoints
+from equipoise.scenarios.lookup import at_path, frame_of
+from equipoise.spatial import pose
+from equipoise.tasks import (
+    AttachedTrajectory,
+    AvoidanceTask,
+    ComPolygonTask,
+    ContactTask,
+    FixedPose,
+    FramePoseTask,
+    GazeTask,
+    JointLimitsTask,
+    PoseTrajectory,
+    PostureTask,
+    Task,
+    TravelTrajectory,
+    Waypoint,
+    WaypointTrajectory,
+)
+
+APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
+
+
+def build_levels(scenario: schema.Scenario, setup: Setup) -> list[list[Task]]:
+    """Return the levels of the run: contacts at level 0, then tasks by priority."""
+    tasks = {name: _build(name, spec, scenario, setup) for name, spec in _enabled(scenario)}
+    return _by_priority(scenario, contact_tasks(scenario, setup), tasks)
+
+
+def build_start_levels(
+    scenario: schema.Scenario, setup: Setup, *, with_avoidance: bool
+) -> list[list[Task]]:
+    """Return the levels that lead from half-sitting (t = -APPROACH_TIME) to the start (t = 0).
+
+    At first only the soles are in contact, and hands are led to their first target on a smooth
+    way; that way may cross an obstacle, which would hold the hands up for ever, so it is followed
+    without avoidance. With it (and the contacts of time 0) the posture then only has to settle.
+    Tasks that come later are left out.
+    """
+    tasks = {}
+    fades = build_fades(scenario)
+    for name, spec in _enabled(scenario):
+        if isinstance(spec, schema.AvoidanceSpec) and not with_avoidance:
+            continue
+        if name in fades and fades[name].weight(0.0) == 0.0:
+            continue
+        if isinstance(spec, schema.HandOnObjectSpec | schema.FramePathSpec):
+            tasks[name] = _approach(_build(name, spec, scenario, setup), setup)
+        else:
+            tasks[name] = _build(name, spec, scenario, setup)
+    held = setup.reference_schedule.at(0.0) if with_avoidance else setup.soles
+    contacts = ContactTask("contacts", held, rate=scenario.control.contact_rate)
+    return _by_priority(scenario, [contacts], tasks)
+
+
+def _enabled(scenario: schema.Scenario) -> list[tuple[str, Any]]:
+    return [(name, spec) for name, spec in scenario.tasks.items() if spec.enabled]
+
+
+def _by_priority(
+    scenario: schema.Scenario, contacts: list[Task], tasks: dict[str, Task]
+) -> list[list[Task]]:
+    priorities = sorted({scenario.tasks[name].priority for name in tasks})
+    levels: list[list[Task]] = [contacts]
+    for priority in priorities:
+        levels.append([t for name, t in tasks.items() if scenario.tasks[name].priority == priority])
+    return levels
+
+
+def _build(name: str, spec: Any, scenario: schema.Scenario, setup: Setup) -> Task:
+    return _BUILDERS[type(spec)](name, spec, scenario, setup)
+
+
+def _hold_frame(
+    name: str, spec: schema.HoldFrameSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    frame_id = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    return FramePoseTask(
+        name, frame_id, FixedPose(_at_half_sitting(setup, frame_id)), rate=spec.rate
+    )
+
+
+def _hand_on_object(
+    name: str, spec: schema.HandOnObjectSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    check_handle(scenario, spec.object, spec.hand, f"tasks.{name}.hand")
+    target = setup.hand_trajectory(spec.hand, spec.object)
+    return FramePoseTask(name, setup.robot.frame_id(spec.hand), target, rate=spec.rate)
+
+
+def _frame_path(
+    name: str, spec: schema.FramePathSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    frame_id = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    way: PoseTrajectory = to_waypoints(spec.waypoints)
+    if spec.travel_of is not None:
+        check_target(setup, spec.travel_of, f"tasks.{name}.travel_of")
+        target = setup.targets[spec.travel_of]
+        if isinstance(target, TravelTrajectory):
+            way = replace(target, body=way)
+    return FramePoseTask(name, frame_id, way, rate=spec.rate)
+
+
+def _approach(task: FramePoseTask, setup: Setup) -> Task:
+    """Return the task that leads the same frame from half-sitting to its target of time 0."""
+    first = task.target.at(0.0).T_world_target
+    here = _at_half_sitting(setup, task.frame_id)
+    way = WaypointTrajectory([Waypoint(-APPROACH_TIME, here), Waypoint(0.0, first)])
+    return FramePoseTask(task.name, task.frame_id, way, rate=task.rate)
+
+
+def _com_polygon(
+    name: str, spec: schema.ComPolygonSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    return ComPolygonTask(name, setup.polygon, margin=spec.margin, rate=spec.rate)
+
+
+def _joint_limits(
+    name: str, spec: schema.JointLimitsSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    return JointLimitsTask(
+        name,
+        setup.robot,
+        margin=spec.margin,
+        velocity_share=spec.velocity_share,
+        rate=spec.rate,
+    )
+
+
+def _gaze(name: str, spec: schema.GazeSpec, scenario: schema.Scenario, setup: Setup) -> Task:
+    check_target(setup, spec.object, f"tasks.{name}.object")
+    if setup.robot.camera is None:
+        raise ScenarioError(
+            "the robot has no camera frame",
+            path=f"tasks.{name}",
+            remedy="Name one in the robot's YAML, or disable the task",
+        )
+    target = AttachedTrajectory(setup.targets[spec.object], pose(spec.offset))
+    return GazeTask(name, setup.robot.frame_id(setup.robot.camera), target, rate=spec.rate)
+
+
+def _avoidance(
+    name: str, spec: schema.AvoidanceSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    pairs = []
+    for i, (first, second) in enumerate(spec.pairs):
+        try:
+            pairs.append(setup.scene.pair(first, second))
+        except InputError as error:
+            raise at_path(error, f"tasks.{name}.pairs.{i}") from None
+    return AvoidanceTask(
+        name,
+        setup.scene,
+        pairs,
+        influence=spec.influence,
+        security=spec.security,
+        damping=spec.damping,
+    )
+
+
+def _posture(
+    name: str, spec: schema.PostureSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    robot = setup.robot
+    q_joints = robot.q_half_sitting[7:].copy()
+    for joint, value in spec.joints.items():
+        try:
+            q_joints[robot.joint_index(joint)] = value
+        except NameNotFoundError as error:
+            raise at_path(error, f"tasks.{name}.joints.{joint}") from None
+    return PostureTask(name, robot, q_joints, rate=spec.rate)
+
+
+_BUILDERS: dict[type, Callable[..., Task]] = {
+    schema.HoldFrameSpec: _hold_frame,
+    schema.FramePathSpec: _frame_path,
+    schema.HandOnObjectSpec: _hand_on_object,
+    schema.ComPolygonSpec: _com_polygon,
+    schema.JointLimitsSpec: _joint_limits,
+    schema.GazeSpec: _gaze,
+    schema.AvoidanceSpec: _avoidance,
+    schema.PostureSpec: _posture,
+}
+
+
+def _at_half_sitting(setup: Setup, frame_id: int):
+    robot = setup.robot
+    kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
+    return kin.placement(frame_id)

@@ -1,0 +1,84 @@
+"""What is simulated and the controller is not told: true masses, payloads, objects that slide."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.errors import ScenarioError
+from equipoise.physics import PushedObject
+from equipoise.robots import Robot
+from equipoise.scenarios import schema
+from equipoise.simulation.build.setup import Setup, check_object
+from equipoise.scenarios.lookup import frame_of
+
+
+def plant_robot(scenario: schema.Scenario, setup: Setup) -> Robot:
+    """Return the robot that is simulated: nominal, with the disturbances the law is not told."""
+    disturbances = scenario.disturbances
+    robot = setup.robot
+    if disturbances.mass_scale != 1.0:
+        robot = robot.scaled(disturbances.mass_scale)
+    robot = _with_scaled_links(robot, disturbances.links)
+    for i, payload in enumerate(disturbances.payloads):
+        path = f"disturbances.payloads.{i}"
+        point = np.array(payload.at)
+        if payload.object is not None:
+            check_object(scenario, payload.object, f"{path}.object")
+            if scenario.physics.engine == "mujoco":
+                continue  # there the object is a body of its own and carries it itself
+            frame = next(iter(scenario.world.objects[payload.object].handles))
+            point = setup.handles[payload.object, frame].actInv(point)
+        else:
+            frame = payload.frame or ""
+            frame_of(robot, frame, f"{path}.frame")
+        robot = robot.with_payload(frame, payload.mass, tuple(point))
+    return robot
+
+
+def _with_scaled_links(robot: Robot, links: Mapping[str, schema.LinkScaleSpec]) -> Robot:
+    model = robot.model.copy()
+    for name, spec in links.items():
+        joint = _moving(robot, name)
+        inertia = model.inertias[joint]
+        model.inertias[joint] = pin.Inertia(
+            spec.mass * inertia.mass, inertia.lever, spec.inertia * inertia.inertia
+        )
+    return replace(robot, model=model) if links else robot
+
+
+def _moving(robot: Robot, name: str) -> int:
+    """Return the joint that a link moves with, or that is called so itself.
+
+    Raises: `ScenarioError` for what is fixed to a link: it would be the whole link that is scaled.
+    """
+    path = f"disturbances.links.{name}"
+    frames = robot.model.frames
+    frame = frames[frame_of(robot, name, path)]
+    moved = {
+        link.parentJoint: link.name
+        for link in frames
+        if link.type == pin.FrameType.BODY and frames[link.parentFrame].type == pin.FrameType.JOINT
+    }
+    if frame.type == pin.FrameType.JOINT or name == moved.get(frame.parentJoint):
+        return frame.parentJoint
+    link = moved[frame.parentJoint]
+    raise ScenarioError(
+        f"{name!r} is fixed to the link {link!r}, which carries its mass",
+        path=path,
+        known=sorted(moved.values()),
+        remedy=f"Name {link!r}: all that is fixed to it is scaled together",
+    )
+
+
+def plant_objects(scenario: schema.Scenario) -> list[PushedObject]:
+    """Return the objects behind the pushing contacts."""
+    sliders = scenario.world.sliders
+    return [
+        PushedObject(name, sliders[spec.slider].coulomb, sliders[spec.slider].viscosity)
+        for name, spec in scenario.contacts.items()
+        if isinstance(spec, schema.PushContactSpec)
+    ]

@@ -1,0 +1,186 @@
+"""From a scenario to robot, scene and contacts: the things that have a place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.contacts import ContactSchedule, ContactStack, SoleContact, SupportPolygon
+from equipoise.contacts.support_polygon import sole_corners
+from equipoise.errors import InputError, NameNotFoundError, ScenarioError
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.robots import Robot, get_robot
+from equipoise.scenarios import schema
+from equipoise.simulation.build.contacts import ContactMaker
+from equipoise.scenarios.lookup import at_path, frame_of, to_pose
+from equipoise.spatial import Array
+from equipoise.tasks import (
+    AttachedTrajectory,
+    FixedPose,
+    PoseTrajectory,
+    TravelTrajectory,
+    Waypoint,
+    WaypointTrajectory,
+)
+from equipoise.collision.scene import Body, Scene, Shape
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Robot, scene and contacts of a scenario.
+
+    `contacts` is every contact that ever holds, `schedule` which of them hold when, and
+    `reference_schedule` the same for the reference, whose pushed objects move as wanted.
+    `targets` are the wanted ways of objects and sliders; `sliders` are unit vectors (3,) along
+    which sliders go.
+    """
+
+    robot: Robot
+    scene: Scene
+    soles: ContactStack
+    contacts: ContactStack
+    schedule: ContactSchedule
+    reference_schedule: ContactSchedule
+    polygon: SupportPolygon
+    targets: dict[str, PoseTrajectory]
+    handles: dict[tuple[str, str], pin.SE3]
+    sliders: dict[str, Array]
+
+    def scene_with(self, travels: Mapping[str, float]) -> Scene:
+        """Return the scene with each slider moved on by its travel [m]."""
+        if not travels:
+            return self.scene
+        bodies = []
+        for body in self.scene.bodies:
+            if body.name in travels:
+                T = body.T_parent_body
+                way = travels[body.name] * self.sliders[body.name]
+                body = replace(body, T_parent_body=pin.SE3(T.rotation, T.translation + way))
+            bodies.append(body)
+        return Scene(self.robot, bodies)
+
+    def hand_trajectory(self, hand: str, obj: str) -> AttachedTrajectory:
+        """Return how a palm moves that holds an object."""
+        return AttachedTrajectory(self.targets[obj], self.handles[obj, hand])
+
+
+def build_setup(scenario: schema.Scenario) -> Setup:
+    """Return robot, scene and contacts. Raises: `ScenarioError` naming the path of a wrong name."""
+    robot = get_robot(scenario.robot)
+    targets = _targets(scenario)
+    handles = {
+        (name, hand): to_pose(spec)
+        for name, obj in scenario.world.objects.items()
+        for hand, spec in obj.handles.items()
+    }
+    for obj, hand in handles:
+        frame_of(robot, hand, f"world.objects.{obj}.handles.{hand}")
+    scene = _scene(scenario, robot, handles)
+    start = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
+    makers = ContactMaker(scenario, robot, start, targets, handles)
+    contacts = [makers.make(name, spec) for name, spec in scenario.contacts.items()]
+    reference = [makers.make(name, spec, wanted=True) for name, spec in scenario.contacts.items()]
+    windows = {
+        name: (spec.start, spec.end)
+        for name, spec in scenario.contacts.items()
+        if isinstance(spec, schema.PushContactSpec)
+    }
+    for name, spec in scenario.contacts.items():
+        if isinstance(spec, schema.GraspContactSpec) and spec.end is not None:
+            windows[name] = (-np.inf, spec.end)
+    soles = [c for c in contacts if isinstance(c, SoleContact)]
+    if not soles:
+        raise ScenarioError(
+            "no sole stands on the floor",
+            path="contacts",
+            known=[sole.name for sole in robot.soles],
+            remedy="Add a contact of kind sole",
+        )
+    corners = np.vstack([sole_corners(c.sole, c.T_world_anchor) for c in soles])
+    return Setup(
+        robot,
+        scene,
+        ContactStack(soles),
+        ContactStack(contacts),
+        ContactSchedule(contacts, windows),
+        ContactSchedule(reference, windows),
+        SupportPolygon.of_points(corners),
+        targets,
+        handles,
+        {name: np.array(spec.direction) for name, spec in scenario.world.sliders.items()},
+    )
+
+
+def check_object(scenario: schema.Scenario, name: str, path: str) -> None:
+    """Refuse an object that the world does not have."""
+    if name not in scenario.world.objects:
+        raise at_path(NameNotFoundError("object", name, scenario.world.objects), path)
+
+
+def check_target(setup: Setup, name: str, path: str) -> None:
+    """Refuse a name that is neither an object nor a slider of the world."""
+    if name not in setup.targets:
+        raise at_path(NameNotFoundError("object or slider", name, setup.targets), path)
+
+
+def check_handle(scenario: schema.Scenario, obj: str, hand: str, path: str) -> None:
+    """Refuse a hand that does not hold the object."""
+    check_object(scenario, obj, path)
+    handles = scenario.world.objects[obj].handles
+    if hand not in handles:
+        raise at_path(NameNotFoundError(f"handle of {obj!r} named", hand, handles), path)
+
+
+def to_waypoints(specs: list[schema.WaypointSpec]) -> WaypointTrajectory:
+    """Return the trajectory through the waypoints of a scenario."""
+    return WaypointTrajectory([Waypoint(w.t, to_pose(w), w.stop) for w in specs])
+
+
+def _targets(scenario: schema.Scenario) -> dict[str, PoseTrajectory]:
+    targets: dict[str, PoseTrajectory] = {}
+    for name, obj in scenario.world.objects.items():
+        targets[name] = to_waypoints(obj.waypoints)
+    for name, slider in scenario.world.sliders.items():
+        travel = slider.travel
+        targets[name] = TravelTrajectory(
+            FixedPose(to_pose(slider.at)),
+            np.array(slider.direction),
+            travel.start,
+            travel.end,
+            travel.distance,
+        )
+    return targets
+
+
+def _shapes(specs: list[schema.ShapeSpec]) -> tuple[Shape, ...]:
+    shapes = []
+    for spec in specs:
+        colour = tuple(spec.colour)
+        if spec.box is not None:
+            kind, size = "box", tuple(spec.box)
+        elif spec.sphere is not None:
+            kind, size = "sphere", (2.0 * spec.sphere,) * 3
+        else:
+            radius, height = spec.cylinder or (0.0, 0.0)
+            kind, size = "cylinder", (2.0 * radius, 2.0 * radius, height)
+        shapes.append(Shape(kind, size, to_pose(spec.at), colour))
+    return tuple(shapes)
+
+
+def _scene(
+    scenario: schema.Scenario, robot: Robot, handles: dict[tuple[str, str], pin.SE3]
+) -> Scene:
+    bodies = [
+        Body(name, _shapes(spec.shapes), to_pose(spec.at))
+        for name, spec in (*scenario.world.bodies.items(), *scenario.world.sliders.items())
+    ]
+    for name, spec in scenario.world.objects.items():
+        first = next(iter(spec.handles))
+        bodies.append(Body(name, _shapes(spec.shapes), handles[name, first].inverse(), first))
+    try:
+        return Scene(robot, bodies)
+    except InputError as error:
+        raise at_path(error, "world") from None

@@ -1,0 +1,1 @@
+"""The whole controller in one object, and the tick that runs it."""

@@ -1,11 +1,12 @@
 # make demo: install and run the paper's first scenario.  make test: install and run every test.
+# make lint, make types: style and types.  make package: build wheel and sdist, and try the wheel.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test docs lint clean
+.PHONY: demo test docs lint types package clean
 
 demo: $(VENV)/installed
 	$(BIN)/equipoise run tray
@@ -18,8 +19,16 @@ docs: $(VENV)/installed-docs
 	@echo "The site: docs/_build/html/index.html"
 
 lint: $(VENV)/installed-dev
-	$(BIN)/ruff check src tests tools examples
-	$(BIN)/ruff format --check src tests tools examples
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/installed-dev
+	$(BIN)/mypy
+
+package: $(VENV)/installed-dev
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/python tools/check_package.py dist
 
 clean:
 	rm -rf $(VENV) runs dist build

@@ -36,7 +36,7 @@ def steps_of(case: str, ticks: int) -> Iterator[MotionStep]:
         dt = problem.dt
     else:
         simulation = Simulation(read_scenario(case))
-        motion, dt, ticks = simulation.motion, simulation.dt, simulation.steps
+        motion, dt, ticks = simulation.controller.motion, simulation.dt, simulation.steps
     for k in range(ticks):
         yield motion.step(k * dt)
 

@@ -1,4 +1,4 @@
-"""A million ticks of sensors, faults, supervisor and law on states that swing at random.
+"""A million ticks of sensors, faults and the whole controller on states that swing at random.
 
 `python benchmarks/soak_faults.py 1e6 [seed]`: counts exceptions, torques that are not finite and
 torques over a limit. Every 2,000 ticks robot motion, sensor errors, silences, delays, missed ticks
@@ -16,36 +16,29 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.contacts import ContactStack, GraspContact, SoleContact
-from equipoise.control import (
-    ControlGains,
-    Measurement,
-    PassivityController,
-    ReactionBounds,
-    SignFunction,
-    Supervisor,
-    Target,
-    advise_gains,
-)
-from equipoise.kinematics import KinematicsEvaluator
+from equipoise.control import ControlGains, ReactionBounds, SignFunction, advise_gains
 from equipoise.physics import PhysicsState
 from equipoise.robots import Robot, get_robot
 from equipoise.simulation.faults import FaultInjector, Faults
 from equipoise.simulation.sensors import SensorModel, SensorModels, SensorSuite, Silence
+from equipoise.tasks import ContactTask, PostureTask
+from equipoise.trajectories import Profile
+from equipoise.wbc import ControlSettings, WholeBodyController
 
 DT, ROUND = 1e-3, 2000
-SQUEEZE = np.array([15.0])
+SQUEEZE = Profile.of([0.0], [15.0])
 
 
 def contacts_of(robot: Robot) -> ContactStack:
     """Return both soles where they stand and a grasp between the palms."""
-    kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
+    kin = robot.at(robot.q_half_sitting)
     soles = [SoleContact.standing(sole, kin) for sole in robot.soles]
     palms = (palm.frame for palm in robot.palms)
     return ContactStack([*soles, GraspContact.holding("grasp", kin, *palms, regulated=("fz",))])
 
 
 class Ordeal:
-    """One round: a law, its supervisor, and everything that goes wrong, drawn from a seed."""
+    """One round: a controller, and everything that goes wrong, drawn from a seed."""
 
     def __init__(
         self, robot: Robot, stack: ContactStack, K_d: np.ndarray, rng: np.random.Generator
@@ -55,8 +48,15 @@ class Ordeal:
             K_d=K_d, alpha=10.0, sgn_p=SignFunction("saturation", 0.2), damp_violation=True
         )
         bounds = ReactionBounds() if rng.random() < 0.5 else None
-        law = PassivityController(robot, stack, gains, DT, bounds=bounds)
-        self.supervisor = Supervisor(law, filter_time=0.02)
+        posture = PostureTask("posture", robot, robot.q_half_sitting[robot.nq_base :])
+        self.controller = WholeBodyController(
+            robot,
+            [[ContactTask("contacts", stack)], [posture]],
+            stack,
+            ControlSettings(gains, DT, bounds=bounds, filter_time=0.02),
+            robot.q_half_sitting,
+            wanted_forces={"grasp": [SQUEEZE]},
+        )
         seed = int(rng.integers(1 << 30))
         self.sensors = SensorSuite(robot, stack, self._models(), DT, seed)
         self.faults = FaultInjector(robot, self._faults(), DT, seed + 1)
@@ -103,10 +103,10 @@ class Ordeal:
         v = self.size * self.rates * np.cos(angle)
         lam = 300.0 * self.rng.normal(size=self.stack.size)
         reading = self.faults.late_reading(self.sensors.read(PhysicsState(t, q, v, lam, 0.0)))
-        if self.command is None or not self.faults.tick_is_missed():
-            target = Target(robot.q_half_sitting, np.zeros(robot.nv), SQUEEZE)
-            measured = Measurement(reading.q, reading.v, reading.lam)
-            self.command = self.supervisor.step(t, measured, target)
+        if self.command is not None and self.faults.tick_is_missed():
+            self.command = self.controller.hold(t, self.command)
+        else:
+            self.command = self.controller.step(t, reading.q, reading.v, reading.lam)
         return self.command.tau, self.faults.torque(self.command.tau)
 
 
@@ -126,7 +126,7 @@ def main(ticks: int, seed: int) -> int:
         except Exception as error:  # what this looks for
             counts["exceptions"] += 1
             print(f"tick {k}: {error!r}")
-        modes[ordeal.supervisor.mode.name.lower()] += 1
+        modes[ordeal.controller.supervisor.mode.name.lower()] += 1
         if k % 100_000 == 99_999:
             print(f"{k + 1} ticks, {perf_counter() - began:.0f} s", flush=True)
     told = [f"{counts[kind]} {kind}" for kind in ("exceptions", "not finite", "over a limit")]

@@ -16,7 +16,7 @@ from equipoise import run_scenario
 def main(folder: str = "runs/example", *overrides: str) -> Path:
     """Run the tray into `folder` and plot squeeze force and torques; return the picture."""
     run = run_scenario("tray", out=folder, overrides=overrides, figures=False)
-    for name, row in run.summary["metrics"].items():
+    for name, row in run.metrics.items():
         if "wanted" in row:
             print(f"{name:<22}{row['value']:>12.3g} {row['unit']:<4}{row['wanted']}")
 

@@ -72,7 +72,7 @@ def main(folder: str = "runs/biped") -> Run:
     scenario = path.with_name("squat.yaml")
     scenario.write_text(SCENARIO.format(urdf=path), encoding="utf-8")
     run = run_scenario(str(scenario), out=path.with_name("run"), figures=False)
-    print({name: row["value"] for name, row in run.summary["metrics"].items()})
+    print({name: row["value"] for name, row in run.metrics.items()})
     return run
 
 

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from statistics import median
 from time import perf_counter
 
-from equipoise import read_scenario
-from equipoise.hqp import Hierarchy, make_solver
+from equipoise import Hierarchy, Solution, make_solver, read_scenario
 from equipoise.simulation.simulation import Simulation
 
 SOLVERS = ("active_set", "cascade", "daqp")
@@ -31,7 +30,7 @@ class Outcome:
         """Median time of a solution [us]."""
         return 1e6 * median(self.seconds)
 
-    def certify(self, hierarchy: Hierarchy, solution) -> None:
+    def certify(self, hierarchy: Hierarchy, solution: Solution) -> None:
         """Count one certificate."""
         certificate = solution.certificate(hierarchy)
         self.holds += certificate.holds()
@@ -44,7 +43,7 @@ def main(duration: float = 6.2, stride: int = 10, *overrides: str) -> dict[str, 
     solvers = {name: make_solver(name) for name in SOLVERS}
     outcomes = {name: Outcome() for name in SOLVERS}
     for k in range(round(duration / simulation.dt)):
-        hierarchy = simulation.motion.step(k * simulation.dt).hierarchy
+        hierarchy = simulation.controller.motion.step(k * simulation.dt).hierarchy
         for name, solver in solvers.items():
             if name != "active_set" and k % stride:
                 continue  # the warm-started solver sees every problem, as it does in a run

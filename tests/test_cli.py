@@ -167,20 +167,31 @@ def test_an_existing_run_is_not_overwritten(short_run, tmp_path):
     assert (folder / "run.mcap").read_bytes() == before
 
 
+def test_the_table_is_printed_before_the_figures_are_drawn(tmp_path):
+    done = equipoise("run", "tray", "--out", "here", "--set", "duration=0.05", cwd=tmp_path)
+    assert done.returncode == 1, done.stderr
+    places = [done.stdout.index(text) for text in ("measuring", "Result:", "drawing", "Figures:")]
+    assert places == sorted(places)
+    assert len(list((tmp_path / "here" / "figures").glob("*.png"))) == 6
+
+
 def test_ctrl_c_leaves_a_readable_log(tmp_path):
     process = subprocess.Popen(
-        [sys.executable, "-m", "equipoise", "run", "tray", "--out", "cut", "--no-figures"],
+        [
+            *(sys.executable, "-m", "equipoise", "run", "tray", "--out", "cut", "--no-figures"),
+            *("--set", "duration=600"),  # it never ends by itself before it is interrupted
+        ],
         cwd=tmp_path,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
     log = tmp_path / "cut" / "run.mcap"
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + 600  # kernels that are not compiled yet take their minutes
     while time.monotonic() < deadline and not (log.exists() and log.stat().st_size > 300_000):
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=60) == 130
+    assert process.wait(timeout=120) == 130
     run = load_run(tmp_path / "cut")
     assert len(run.t) > 50
     assert run.complete

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import pkgutil
 import re
 import shlex
 import subprocess
@@ -150,6 +151,19 @@ def test_the_readme_s_example_is_short():
     (example,) = blocks(ROOT / "README.md", "python")
     lines = [line for line in example.text.splitlines() if line.strip()]
     assert len([line for line in lines if not line.startswith(("import", "from"))]) <= 20
+
+
+def test_what_the_api_page_lists_exists():
+    """Without Sphinx, so that a renamed class is noticed by every run of the tests."""
+    text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    pattern = r"^\.\. auto\w+:: ([\w.]+)\n(?:   :members: (.+)\n)?"
+    listed = re.findall(pattern, text, re.MULTILINE)
+    assert len(listed) > 30
+    for name, members in listed:
+        found = pkgutil.resolve_name(name)
+        for member in filter(None, members.split(", ")):
+            known = {*dir(found), *getattr(found, "__annotations__", {})}
+            assert member in known, f"{name} has no {member}"
 
 
 @pytest.mark.slow

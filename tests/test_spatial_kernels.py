@@ -1,6 +1,6 @@
 """Poses in kernels against Pinocchio's own algebra, also where rotations are small or half turns.
 
-What kernels are compiled to has no way in from Python, hence `py_func`; `pose_difference` has one.
+What kernels are compiled to has no way in from Python, hence `py_func`.
 """
 
 from __future__ import annotations
@@ -9,14 +9,21 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from equipoise.compiled import entrance
 from equipoise.spatial import pose_row
 from equipoise.spatial.kernels import (
     compose,
+    rotation_difference,
     rotation_matrix,
     rotation_rate,
     rotation_vector,
 )
-from equipoise.tasks.frame_pose import pose_difference
+
+
+@entrance
+def difference_alone(T_ref, T, out):
+    out[0], out[1], out[2] = rotation_difference(T_ref, T)
+
 
 ANGLES = (0.0, 1e-12, 1e-7, 1e-4, 0.3, 2.0, 3.1, np.pi - 1e-6, np.pi - 1e-9)
 
@@ -61,7 +68,6 @@ def test_poses_compose_and_differ_as_in_pinocchio(rng):
         assert np.allclose(product, pose_row(A * B), atol=1e-14)
         wanted = pin.log3(A.rotation @ B.rotation.T)
         row_a, row_b = pose_row(A), pose_row(B)
-        error = np.empty(6)
-        pose_difference(row_a, row_b, error)
-        assert np.allclose(error[:3], A.translation - B.translation)
-        assert np.allclose(error[3:], wanted, atol=1e-9)
+        error = np.empty(3)
+        difference_alone(row_a, row_b, error)
+        assert np.allclose(error, wanted, atol=1e-9)

@@ -1,4 +1,4 @@
-"""The workspace: arrays lie apart, kernels and Python see the same numbers, its state comes back."""
+"""The workspace: arrays lie apart, kernels and Python see the same, its state comes back."""
 
 from __future__ import annotations
 
@@ -48,7 +48,8 @@ def test_kernels_and_python_see_the_same_numbers():
     large = workspace.large
     assert np.array_equal(large.x, np.arange(9) + 0.5)
     assert np.array_equal(large.m[:, 0], [0.0, 10.0, 20.0, 30.0])
-    assert np.array_equal(large.count, [0]) and np.array_equal(large.pairs, [[0, 0], [7, 0]])
+    assert np.array_equal(large.count, [0])
+    assert np.array_equal(large.pairs, [[0, 0], [7, 0]])
     assert not any(getattr(workspace.small, name).any() for name in workspace.small)
 
 
@@ -67,12 +68,13 @@ def test_arrays_lie_apart_and_begin_at_cache_lines():
 def test_the_state_is_a_copy_that_comes_back():
     workspace = made()
     workspace.small.x[:] = [1.0, 2.0, 3.0]
-    kept = workspace.state()
+    kept = workspace.memory()
     workspace.small.x[:] = 0.0
     workspace.large.pairs[0, 0] = 5
     assert list(kept["small.x"]) == [1.0, 2.0, 3.0]
     workspace.restore(kept)
-    assert list(workspace.small.x) == [1.0, 2.0, 3.0] and workspace.large.pairs[0, 0] == 0
+    assert list(workspace.small.x) == [1.0, 2.0, 3.0]
+    assert workspace.large.pairs[0, 0] == 0
 
 
 def test_a_shape_left_out_is_told():

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from math import pi
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 PARAMETERS = ROOT / "tools" / "hrp2_parameters.json"
@@ -23,11 +24,12 @@ TARGET = ROOT / "src" / "equipoise" / "robots" / "hrp2"
 LIGHT, WHITE, DARK = "light", "white", "dark"
 COLOURS = {LIGHT: "0.72 0.74 0.77 1", WHITE: "0.92 0.93 0.94 1", DARK: "0.22 0.23 0.26 1"}
 SIDES = "LR"
+Facts = dict[str, Any]  # what hrp2_parameters.json says, or of one link or joint
 # Link numbers: 2 upper arm, 3 and 4 forearm, 5 hand. The elbow stops at 137 degrees, the wrist at
 # 92; an upper arm moves inward by 10 degrees only, so it reaches no part of the other arm but the
 # hand and, for the forearm's far half, the other forearm.
-SAME_ARM = ["24", "25", "35"]
-ACROSS_ARMS = ["22", "23", "33", "24"]
+SAME_ARM = [(2, 4), (2, 5), (3, 5)]
+ACROSS_ARMS = [(2, 2), (2, 3), (3, 3), (2, 4)]
 HEAD_PAIRS = {
     frozenset(("BODY", "HEAD_LINK1")),
     frozenset(("LLEG_LINK2", "HEAD_LINK1")),
@@ -105,7 +107,7 @@ def numbers(values: tuple[float, ...] | list[float]) -> str:
     return " ".join(number(value) for value in values)
 
 
-def fitted_geometry(link: dict, kind: str) -> str:
+def fitted_geometry(link: Facts, kind: str) -> str:
     """Return the <origin> and <geometry> of a primitive inside a link's bounding box.
 
     A box is the bounding box. A capsule lies along the longest side; its radius is half the
@@ -127,7 +129,7 @@ def fitted_geometry(link: dict, kind: str) -> str:
     )
 
 
-def link_xml(link: dict) -> str:
+def link_xml(link: Facts) -> str:
     """Return the <link> element of a link with mass."""
     inertia = " ".join(f'{k}="{number(v)}"' for k, v in link["inertia_about_com"].items())
     shape = shape_of(link["name"])
@@ -144,7 +146,7 @@ def link_xml(link: dict) -> str:
     return "\n".join([*rows, "  </link>"])
 
 
-def joint_xml(joint: dict) -> str:
+def joint_xml(joint: Facts) -> str:
     """Return the <joint> element of an actuated joint."""
     return "\n".join(
         [
@@ -173,7 +175,7 @@ def frame_xml(name: str, parent: str, xyz: tuple[float, ...], rpy: tuple[float, 
     )
 
 
-def extra_frames(facts: dict) -> list[str]:
+def extra_frames(facts: Facts) -> list[str]:
     """Return the soles, palms and camera.
 
     Palm axes: x along the fingers (-z of the hand), z the palm's inward normal (-y of the left
@@ -191,7 +193,7 @@ def extra_frames(facts: dict) -> list[str]:
     ]
 
 
-def urdf(facts: dict) -> str:
+def urdf(facts: Facts) -> str:
     """Return the text of hrp2.urdf."""
     materials = [
         f'  <material name="{name}"><color rgba="{rgba}"/></material>'
@@ -214,12 +216,12 @@ def urdf(facts: dict) -> str:
     )
 
 
-def colliding_links(facts: dict) -> list[str]:
+def colliding_links(facts: Facts) -> list[str]:
     """Return the names of the links with a collision shape, in file order."""
     return [link["name"] for link in facts["links"] if shape_of(link["name"]).collides]
 
 
-def neighbours(facts: dict) -> set[frozenset[str]]:
+def neighbours(facts: Facts) -> set[frozenset[str]]:
     """Return the pairs of colliding links with no colliding link between them in the tree."""
     parent = {joint["child"]: joint["parent"] for joint in facts["joints"]}
     colliding = set(colliding_links(facts))
@@ -240,15 +242,19 @@ def never_touch(first: str, second: str) -> bool:
     """
     pair = frozenset((first, second))
     same_arm = {frozenset((a, b)) for s in SIDES for a, b in _on_arm(s, s, SAME_ARM)}
-    across = {frozenset((a, b)) for s, t in ("LR", "RL") for a, b in _on_arm(s, t, ACROSS_ARMS)}
+    across = {
+        frozenset((a, b))
+        for s, t in (("L", "R"), ("R", "L"))
+        for a, b in _on_arm(s, t, ACROSS_ARMS)
+    }
     return pair in same_arm | across | HEAD_PAIRS
 
 
-def _on_arm(first: str, second: str, link_numbers: list[str]) -> list[tuple[str, str]]:
+def _on_arm(first: str, second: str, link_numbers: list[tuple[int, int]]) -> list[tuple[str, str]]:
     return [(f"{first}ARM_LINK{i}", f"{second}ARM_LINK{j}") for i, j in link_numbers]
 
 
-def disabled_pairs(facts: dict) -> list[tuple[str, str, str]]:
+def disabled_pairs(facts: Facts) -> list[tuple[str, str, str]]:
     """Return (link, link, reason) of the collision pairs to leave out."""
     adjacent = neighbours(facts)
     rows = []
@@ -260,7 +266,7 @@ def disabled_pairs(facts: dict) -> list[tuple[str, str, str]]:
     return rows
 
 
-def srdf(facts: dict) -> str:
+def srdf(facts: Facts) -> str:
     """Return the text of hrp2.srdf."""
     angles = facts["half_sitting"]
     joints = [joint["name"] for joint in facts["joints"]]
@@ -285,7 +291,7 @@ def srdf(facts: dict) -> str:
     )
 
 
-def extras(facts: dict) -> str:
+def extras(facts: Facts) -> str:
     """Return the text of hrp2.yaml."""
     rows = [
         "# Written by tools/author_hrp2.py: do not edit. Units: m.",
@@ -304,7 +310,7 @@ def extras(facts: dict) -> str:
     return "\n".join([*rows, ""])
 
 
-def author(facts: dict) -> dict[str, str]:
+def author(facts: Facts) -> dict[str, str]:
     """Return file name -> text of the three files."""
     return {"hrp2.urdf": urdf(facts), "hrp2.srdf": srdf(facts), "hrp2.yaml": extras(facts)}
 

@@ -42,7 +42,7 @@ def main(run: str, folder: str) -> None:
     try:
         browser.get(server.url)
         wait_for_robot(browser)
-        until(lambda: replay.display.unveiling.opened)  # ghost, arrows, lines and trails
+        until(lambda: replay.display.progressive.opened)  # ghost, arrows, lines and trails
         close_notice(browser)
         span = replay.clock.last - replay.clock.first
         shown(replay, browser, replay.clock.first + 0.6 * span).save(out / "viewer.png")

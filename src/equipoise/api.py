@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from equipoise.analysis.metrics.verdict import check_acceptance, judge, passed
 from equipoise.analysis.run_context import RunContext
+from equipoise.compiled import COST, watch_compilation
 from equipoise.errors import InputError
-from equipoise.runlog import Run, load_run, new_run_folder, write_summary
+from equipoise.runlog import Run, load_run, new_run_folder, read_summary, write_summary
 from equipoise.scenarios import Scenario, read_scenario
 from equipoise.simulation.loop import Ending, RunOutcome, run_simulation
 from equipoise.simulation.operator import Operator
 from equipoise.simulation.simulation import Simulation
 
-Report = Callable[[str, float], None]
+Report = Callable[[str, float | None], None]
+COMPILING = f"compiling, once, {COST}"
 
 
 def run_scenario(
@@ -28,6 +30,7 @@ def run_scenario(
     robot: str | None = None,
     figures: bool = True,
     report: Report | None = None,
+    measured: Callable[[Run], None] | None = None,
     steer: Callable[[Simulation, Path], Operator] | None = None,
 ) -> Run:
     """Run a scenario (a name, a YAML path or an object) and return its loaded log.
@@ -35,40 +38,55 @@ def run_scenario(
     A named scenario is refitted to `robot` (a name or a path), if one is given.
 
     `out` is the run's folder; by default a new one under `runs/`. `report(stage, share)` is told
-    how far it is, share in [0, 1]. `steer(simulation, folder)` returns who may change things
-    while it runs (the live viewer). The folder then holds `run.mcap`, `scenario.yaml`,
-    `summary.json` and, unless switched off, `figures/`.
+    how far it is, share in [0, 1], or None where that is not known. `measured(run)` is given the
+    run with its summary before the figures are drawn. `steer(simulation, folder)` returns who may
+    change things while it runs (the live viewer). The folder then holds `run.mcap`,
+    `scenario.yaml`, `summary.json` and, unless switched off, `figures/`.
     Raises: `InputError` (a wrong scenario), `RunLogError` (the folder cannot be written).
     """
     say = report or _say_nothing
-    spec = (
-        scenario
-        if isinstance(scenario, Scenario)
-        else read_scenario(scenario, overrides, robot=robot)
-    )
-    check_acceptance(spec)
-    say("starting posture", 0.0)
-    if out is not None and (Path(out) / "run.mcap").exists():
-        raise InputError("the folder already holds a run", given=str(out), remedy="Give a new one")
-    simulation = Simulation(spec)
-    folder = Path(out) if out is not None else new_run_folder(Path("runs"), spec.name)
-    if steer is not None:
-        simulation.steer(steer(simulation, folder))
-    outcome = run_simulation(simulation, folder, lambda t: say("simulating", t / spec.duration))
+    with watch_compilation(lambda busy: say(COMPILING, None) if busy else None):
+        spec = (
+            scenario
+            if isinstance(scenario, Scenario)
+            else read_scenario(scenario, overrides, robot=robot)
+        )
+        check_acceptance(spec)
+        say("starting posture", 0.0)
+        if out is not None and (Path(out) / "run.mcap").exists():
+            remedy = "Give a new one"
+            raise InputError("the folder already holds a run", given=str(out), remedy=remedy)
+        simulation = Simulation(spec)
+        folder = Path(out) if out is not None else new_run_folder(Path("runs"), spec.name)
+        if steer is not None:
+            simulation.operate(steer(simulation, folder))
+        outcome = run_simulation(simulation, folder, lambda t: say("simulating", t / spec.duration))
+        context = _measure(simulation, outcome, folder, say)
+        if measured is not None:
+            measured(context.run)
+        if figures and outcome.ending is not Ending.INTERRUPTED:
+            _draw(context, say)
+    return context.run
+
+
+def _measure(simulation: Simulation, outcome: RunOutcome, folder: Path, say: Report) -> RunContext:
+    """Write the summary; return the run with it."""
     say("measuring", 0.0)
-    run = load_run(folder)
-    write_summary(folder, summarise(run, simulation, outcome))
-    if figures and outcome.ending is not Ending.INTERRUPTED:
-        from equipoise.analysis.figures.make import make_figures
-
-        say("drawing", 0.0)
-        make_figures(run, folder / "figures")
-    return load_run(folder)
+    context = RunContext(load_run(folder), simulation.scenario, simulation.setup)
+    write_summary(folder, summarise(context, simulation, outcome))
+    return replace(context, run=replace(context.run, summary=read_summary(folder)))
 
 
-def summarise(run: Run, simulation: Simulation, outcome: RunOutcome) -> dict[str, Any]:
+def _draw(context: RunContext, say: Report) -> None:
+    from equipoise.analysis.figures.make import draw_figures
+
+    say("drawing", 0.0)
+    draw_figures(context, context.run.folder / "figures", lambda share: say("drawing", share))
+
+
+def summarise(context: RunContext, simulation: Simulation, outcome: RunOutcome) -> dict[str, Any]:
     """Return what `summary.json` holds."""
-    rows = judge(RunContext.of(run, simulation.setup))
+    run, rows = context.run, judge(context)
     return {
         "scenario": run.info.get("scenario", ""),
         "title": simulation.scenario.title,
@@ -80,11 +98,11 @@ def summarise(run: Run, simulation: Simulation, outcome: RunOutcome) -> dict[str
         "simulated_s": outcome.t_end,
         "changes": list(outcome.changes),
         "metrics": rows,
-        "gains": list(simulation.advice.sentences()),
+        "gains": list(simulation.assembly.advice.sentences()),
         "timing": {**asdict(outcome), "ending": outcome.ending.name, "cpu": platform.machine()},
         "versions": dict(run.info),
     }
 
 
-def _say_nothing(stage: str, share: float) -> None:
+def _say_nothing(stage: str, share: float | None) -> None:
     pass

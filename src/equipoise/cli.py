@@ -7,12 +7,18 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from equipoise import __version__
 from equipoise.errors import EquipoiseError, InputError
+
+if TYPE_CHECKING:
+    from equipoise.runlog import Run
 
 PASSED, NOT_PASSED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -27,6 +33,20 @@ def cli() -> None:
     """
 
 
+def page_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add where a page is served; the command gets it as `address`: host and port."""
+
+    @click.option(
+        "--port", type=click.IntRange(0, 65535), help="Port of the page [first free: 8080]."
+    )
+    @click.option("--host", default="127.0.0.1", help="Address to listen on [this machine only].")
+    @wraps(command)
+    def with_address(*, host: str, port: int | None, **given: Any) -> None:
+        command(address=(host, port), **given)
+
+    return with_address
+
+
 @cli.command()
 @click.argument("scenario")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the run (must be new).")
@@ -35,8 +55,7 @@ def cli() -> None:
 @click.option("--physics", "engine", metavar="ENGINE", help="Engine: rigid or mujoco.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")
-@click.option("--port", type=click.IntRange(0, 65535), help="Port of the page [first free: 8080].")
-@click.option("--host", default="127.0.0.1", help="Address to listen on [this machine only].")
+@page_options
 def run(
     scenario: str,
     out: Path | None,
@@ -45,15 +64,14 @@ def run(
     engine: str | None,
     no_figures: bool,
     watched: bool,
-    port: int | None,
-    host: str,
+    address: tuple[str, int | None],
 ) -> None:
     """Run SCENARIO (a name or a YAML file), log it, and say what was achieved.
 
     Example: equipoise run tray --set disturbances.mass_scale=1.3
     """
     from equipoise.api import run_scenario
-    from equipoise.console import Progress, print_summary
+    from equipoise.console import Progress, print_figures, print_summary
 
     if engine is not None:
         overrides = (*overrides, f"physics.engine={engine}")
@@ -61,8 +79,13 @@ def run(
     if watched:
         from equipoise.viewer.commands import Watch
 
-        watch = Watch(host, port, click.echo)
+        watch = Watch(*address, click.echo)
     with Progress() as progress:
+
+        def show(measured: Run) -> None:
+            progress.rest()
+            print_summary(measured.summary or {}, measured.folder)
+
         finished = run_scenario(
             scenario,
             out=out,
@@ -70,10 +93,11 @@ def run(
             robot=robot,
             figures=not no_figures,
             report=progress,
+            measured=show,
             steer=watch.steer if watch is not None else None,
         )
     summary = finished.summary or {}
-    print_summary(summary, finished.folder)
+    print_figures(finished.folder)
     if watch is not None:
         watch.finish(finished.folder)
     if summary.get("ended") == "interrupted":
@@ -180,11 +204,10 @@ def check(urdf: Path) -> None:
 @cli.command()
 @click.argument("run_folder", metavar="[RUN]", required=False, type=click.Path(path_type=Path))
 @click.option("--robot", metavar="URDF", help="Show a robot (a name or a file) instead of a run.")
-@click.option("--port", type=click.IntRange(0, 65535), help="Port of the page [first free: 8080].")
-@click.option("--host", default="127.0.0.1", help="Address to listen on [this machine only].")
+@page_options
 @click.option("--no-browser", is_flag=True, help="Open no browser.")
 def view(
-    run_folder: Path | None, robot: str | None, port: int | None, host: str, no_browser: bool
+    run_folder: Path | None, robot: str | None, address: tuple[str, int | None], no_browser: bool
 ) -> None:
     """Show RUN (or the last one under runs/) in the browser: picture, time line, plots.
 
@@ -195,9 +218,9 @@ def view(
     from equipoise.viewer.commands import view_robot, view_run
 
     if robot is not None:
-        view_robot(robot, host, port, click.echo, browse=not no_browser)
+        view_robot(robot, *address, click.echo, browse=not no_browser)
     else:
-        view_run(run_folder, host, port, click.echo, browse=not no_browser)
+        view_run(run_folder, *address, click.echo, browse=not no_browser)
 
 
 @cli.command()

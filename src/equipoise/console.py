@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.markup import escape
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as RichProgress
@@ -23,21 +23,17 @@ _console = Console(highlight=False, soft_wrap=True)
 
 
 class Progress:
-    """A bar a stage; call it with the stage and its share in [0, 1]."""
+    """A bar a stage; call it with the stage and its share in [0, 1].
+
+    A share of None is work in between whose end nobody knows: its bar only moves.
+    """
 
     def __init__(self) -> None:
-        self._bars = RichProgress(
-            TextColumn("{task.description:<18}"),
-            BarColumn(40),
-            TextColumn("{task.percentage:>3.0f} %"),
-            TimeElapsedColumn(),
-            console=_console,
-        )
-        self._task: TaskID | None = None
+        self._bars: RichProgress | None = None
+        self._tasks: dict[str, TaskID] = {}
         self._stage = ""
 
     def __enter__(self) -> Progress:
-        self._bars.start()
         return self
 
     def __exit__(
@@ -46,27 +42,57 @@ class Progress:
         error: BaseException | None,
         tb: TracebackType | None,
     ) -> None:
-        if kind is None:
-            self._finish()
-        self._bars.stop()
+        self.rest(finished=kind is None)
 
-    def __call__(self, stage: str, share: float) -> None:
+    def __call__(self, stage: str, share: float | None) -> None:
+        bars = self._bars or self._open()
+        if stage not in self._tasks:
+            self._tasks[stage] = bars.add_task(stage, total=1.0, share="")
+        if share is None:
+            bars.update(self._tasks[stage], total=None, share="")
+            return
         if stage != self._stage:
-            self._finish()
+            self._finish(but=stage)
             self._stage = stage
-            self._task = self._bars.add_task(stage, total=1.0)
-        if self._task is not None:
-            self._bars.update(self._task, completed=share)
+        self._show(stage, share)
 
-    def _finish(self) -> None:
-        if self._task is not None:
-            self._bars.update(self._task, completed=1.0)
+    def rest(self, *, finished: bool = True) -> None:
+        """Leave the bars as they stand; the next stage opens new ones below."""
+        if self._bars is not None:
+            if finished:
+                self._finish()
+            self._bars.stop()
+        self._bars, self._tasks, self._stage = None, {}, ""
+
+    def _open(self) -> RichProgress:
+        self._bars = RichProgress(
+            TextColumn("{task.description:<18}"),
+            BarColumn(40),
+            TextColumn("{task.fields[share]:>5}"),
+            TimeElapsedColumn(),
+            console=_console,
+        )
+        self._bars.start()
+        return self._bars
+
+    def _finish(self, but: str = "") -> None:
+        for stage in self._tasks:
+            if stage != but:
+                self._show(stage, 1.0)
+
+    def _show(self, stage: str, share: float) -> None:
+        if self._bars is not None:
+            text = f"{100.0 * share:.0f} %"
+            self._bars.update(self._tasks[stage], completed=share, total=1.0, share=text)
 
 
 def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
     """Print wanted against achieved, the speed, and where everything is."""
     table = Table(title=f"{summary['title'] or summary['scenario']} ({summary['robot']})")
-    for column, justify in (("", "left"), ("achieved", "right"), ("wanted", "right"), ("", "left")):
+    columns: list[tuple[str, JustifyMethod]] = [
+        ("", "left"), ("achieved", "right"), ("wanted", "right"), ("", "left"),
+    ]  # fmt: skip
+    for column, justify in columns:
         table.add_column(column, justify=justify)
     for row in summary["metrics"].values():
         mark = {True: "[green]yes", False: "[red bold]NO"}.get(row.get("passed"), "")
@@ -88,6 +114,10 @@ def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
         _console.print(f"[red bold]Ended early:[/] {summary['note']}")
     _console.print(f"Result: {'[green]met' if summary['passed'] else '[red bold]not met'}[/]")
     _console.print(f"Run:     {folder}")
+
+
+def print_figures(folder: Path) -> None:
+    """Print where the figures of a run are, if there are any."""
     if (folder / "figures").is_dir():
         _console.print(f"Figures: {folder / 'figures'}")
 

@@ -58,7 +58,7 @@ class InputError(EquipoiseError):
 
 def _nearest(name: str, names: list[str], count: int, cutoff: float) -> list[str]:
     """Return the names most like `name`, the likest first; capitals do not count."""
-    by_small = {}
+    by_small: dict[str, list[str]] = {}
     for known in names:
         by_small.setdefault(known.lower(), []).append(known)
     small = get_close_matches(name.lower(), by_small, n=count, cutoff=cutoff)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,6 +50,29 @@ def test_every_figure_is_written_and_shows_something(tmp_path):
 
 def test_a_run_of_one_tick_has_figures_too(tmp_path):
     assert names(make_figures(made_run(1), tmp_path)) == ALL
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-4, 10.0])
+def test_nothing_leaves_the_figure_or_meets_what_is_beside_it(scale):
+    """Margins are known beforehand, whatever the numbers at the axes."""
+    run = made_run(500)
+    arrays = {name: scale * values for name, values in run.arrays.items()}
+    arrays["q"] = run["q"]
+    context = RunContext.of(replace(run, arrays=arrays), tray_places())
+    for make in MAKERS.values():
+        figure = make(context)
+        figure.canvas.draw()
+        page = figure.bbox
+        boxes = [axes.get_tightbbox() for axes in figure.axes]
+        boxes.append(figure._suptitle.get_window_extent())
+        for k, box in enumerate(boxes):
+            assert page.x0 <= box.x0, make.__name__
+            assert page.y0 <= box.y0, make.__name__
+            assert box.x1 <= page.x1, make.__name__
+            assert box.y1 <= page.y1, make.__name__
+            for other in boxes[:k]:
+                shared = type(box).intersection(box, other)
+                assert shared is None or min(shared.width, shared.height) < 1.0, make.__name__
 
 
 def test_a_run_without_ticks_has_none(tmp_path):
@@ -124,7 +148,8 @@ def test_limbs_without_a_robot_are_cut_to_a_readable_size():
 def test_joint_curves_carry_the_run_and_its_reference():
     run = made_run(100)
     figure = joints_figure(RunContext.of(run))
-    curves = {tuple(line.get_ydata()) for axes in figure.axes for line in axes.lines}
+    lines = [line.get_ydata() for axes in figure.axes for line in axes.lines]
+    curves = {tuple(part[:100]) for y in lines for part in np.split(y, range(101, len(y), 101))}
     for name, skip in (("q", 7), ("q_ref", 7), ("v", 6), ("v_ref", 6)):
         for column in run[name][:, skip:].T:
             assert tuple(column) in curves

@@ -13,7 +13,7 @@ import pinocchio as pin
 import pytest
 
 from equipoise.bench import peers, subprocess_peer
-from equipoise.bench.equipoise_contenders import DaqpBeside, HardCase, OwnTick
+from equipoise.bench.equipoise_contenders import DaqpBeside, HardCase, OwnParts, OwnTick, variants
 from equipoise.bench.interleave import interleave
 from equipoise.bench.memory import measure_memory
 from equipoise.bench.problem import HANDS, PAIRS, Problem, make_problem
@@ -45,10 +45,12 @@ def test_the_task_set_is_the_one_that_is_promised(problem):
 
 
 def test_our_rows_are_there_and_nothing_fails(problem):
-    made = [OwnTick(problem), DaqpBeside(problem, "tray"), HardCase(problem)]
+    made = [OwnTick(problem), OwnParts(problem), DaqpBeside(problem, "tray"), HardCase(problem)]
+    made += variants(problem)
     rows = {row.name: row for row in interleave(made, TICKS)}
     assert set(rows) == {
-        *("tick/hrp2/tray", "tick/hrp2/rows", "tick/hrp2/law"),
+        *("tick/hrp2/tray", "tick/hrp2/rows", "tick/hrp2/law", "tick/hrp2/call"),
+        *("tick/hrp2/move", "tick/hrp2/pairs", "tick/hrp2/all_pairs", "tick/hrp2/plain"),
         *("hqp/hrp2/tray", "rigid/hrp2/tray", "daqp/hrp2/tray", "hqp/hrp2/hard"),
     }
     for row in rows.values():

@@ -12,8 +12,8 @@ from equipoise.control import (
     ControlGains,
     Measurement,
     PassivityController,
+    Reference,
     SignFunction,
-    Target,
     advise_gains,
 )
 from equipoise.hqp import make_solver
@@ -33,7 +33,7 @@ def touching(hrp2, surface, normal_world) -> dict:
     foot = surface.project(np.array([0.05, 0.04, 0.06]))
     R = pin.Quaternion.FromTwoVectors(surface.normal(foot), np.array(normal_world)).matrix()
     return {
-        "frame_id": frame_id,
+        "frame": frame_id,
         "surface": surface,
         "T_world_surface": pin.SE3(R, p_world - R @ foot),
     }
@@ -78,7 +78,7 @@ def test_a_force_is_tracked_on_the_way(hrp2, kind):
     state, start = engine.state, contact.position(kinematics(hrp2, q_start))
     for k in range(700):
         step = motion.step(k * DT)
-        target = Target(step.q_ref, step.v_ref, np.array([15.0]))
+        target = Reference(step.q_ref, step.v_ref, np.array([15.0]))
         command = controller.step(k * DT, Measurement(state.q, state.v, state.lam), target)
         state = engine.step(command.tau)
         kin = KinematicsEvaluator(hrp2).at(state.q, state.v, state.t)
@@ -94,12 +94,12 @@ def test_a_force_is_tracked_on_the_way(hrp2, kind):
 def test_contacts_that_contradict_each_other_are_named(hrp2):
     """One palm between two walls that approach each other, and a sole lifted off its floor."""
     place = touching(hrp2, Plane(), (-1.0, 0.0, 0.0))
-    frame_id, T = place["frame_id"], place["T_world_surface"]
+    frame_id, T = place["frame"], place["T_world_surface"]
     away = StraightMotion(T, (1.0, 0.0, 0.0), lambda t: (0.1 * t, 0.1, 0.0))
     wall = SurfaceContact(name="wall", **place)
     same = SurfaceContact(name="same wall again", **place)
     leaving = MovingSurfaceContact(
-        name="leaving wall", frame_id=frame_id, surface=Plane(), motion=away
+        name="leaving wall", frame=frame_id, surface=Plane(), motion=away
     )
     kin = kinematics(hrp2, hrp2.q_half_sitting)
     soles = sole_contacts(hrp2, hrp2.q_half_sitting)
@@ -107,7 +107,7 @@ def test_contacts_that_contradict_each_other_are_named(hrp2):
     assert ContactStack([*soles, wall, leaving]).contradictions(kin) == ("leaving wall",)
     assert ContactStack([*soles, leaving, wall]).contradictions(kin) == ("wall",)
     far = SurfaceContact(
-        name="far wall", frame_id=frame_id, surface=Plane(),
+        name="far wall", frame=frame_id, surface=Plane(),
         T_world_surface=pin.SE3(T.rotation, T.translation + np.array([0.1, 0.0, 0.0])),
     )  # fmt: skip
     assert ContactStack([*soles, wall, far]).contradictions(kin) == ("far wall",)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from equipoise.contacts import SupportPolygon
 from equipoise.contacts.support_polygon import sole_corners
+from equipoise.errors import InputError
 from helpers import sole_contacts
 
 
@@ -30,3 +32,11 @@ def test_convex_combinations_are_inside_and_others_not(hrp2, rng):
     for vertex in polygon.vertices:
         assert abs(polygon.margin(vertex)) < 1e-12
         assert polygon.margin(centre + 1.01 * (vertex - centre)) < 0.0
+
+
+@pytest.mark.parametrize(
+    "points", [[[0, 0], [0.2, 0]], [[0, 0], [0.1, 0], [0.2, 0]], [[0, 0], [1, 0], [np.nan, 1]]]
+)
+def test_points_that_support_nothing_are_refused(points):
+    with pytest.raises(InputError, match="around an area"):
+        SupportPolygon.of_points(np.array(points))

@@ -19,7 +19,7 @@ from equipoise.contacts import (
 from equipoise.contacts.surfaces import Ellipsoid, Plane, Sphere
 from equipoise.errors import InputError, ShapeError
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.physics import RigidContactEngine
+from equipoise.physics import RigidContactEngine, RigidOptions
 from equipoise.spatial import pose
 from helpers import kinematics, random_state, sole_contacts
 
@@ -63,7 +63,7 @@ def make(robot, q, kind: str, *, moving: bool):
     T = place_under(robot, q, surface)
     common = {
         "name": kind,
-        "frame_id": robot.frame_id(robot.palms[0].frame),
+        "frame": robot.frame_id(robot.palms[0].frame),
         "surface": surface,
         "offset": OFFSET,
     }
@@ -76,7 +76,7 @@ def point(robot, q) -> PointContact:
     kin = kinematics(robot, q)
     frame_id = robot.frame_id(robot.palms[0].frame)
     p_world = kin.placement(frame_id).act(np.array(OFFSET))
-    return PointContact(name="tip", frame_id=frame_id, offset=OFFSET, p_world=p_world)
+    return PointContact(name="tip", frame=frame_id, offset=OFFSET, p_world=p_world)
 
 
 def ahead(robot, q, v, dt):
@@ -123,7 +123,7 @@ def test_the_drift_of_a_curved_surface_needs_its_hessian(hrp2, rng, kind):
     kin = kinematics(hrp2, q, v)
     flat = SurfaceContact(
         name="tangent plane",
-        frame_id=contact.frame_id,
+        frame=contact.frame,
         offset=OFFSET,
         surface=Plane(),
         T_world_surface=pin.SE3(
@@ -141,7 +141,7 @@ def test_the_multiplier_is_the_normal_force_for_any_phi(hrp2, rng):
     ball = make(hrp2, q, "sphere", moving=False)
     steep = SurfaceContact(
         name="steep",
-        frame_id=ball.frame_id,
+        frame=ball.frame,
         offset=OFFSET,
         surface=Ellipsoid((0.2, 0.2, 0.2)),
         T_world_surface=ball.T_world_surface,
@@ -151,8 +151,8 @@ def test_the_multiplier_is_the_normal_force_for_any_phi(hrp2, rng):
     assert np.allclose(row, steep.jacobian(kin), atol=1e-12)
     assert np.allclose(ball.drift(kin), steep.drift(kin), atol=1e-6)
     force = 10.0 * ball.normal(kin)
-    J = kin.jacobian(ball.frame_id)
-    lever = ball.position(kin) - kin.placement(ball.frame_id).translation
+    J = kin.jacobian(ball.frame)
+    lever = ball.position(kin) - kin.placement(ball.frame).translation
     assert np.allclose(10.0 * row[0], J[:3].T @ force + J[3:].T @ np.cross(lever, force))
 
 
@@ -160,7 +160,7 @@ def press(hrp2, contact, seconds=0.3, dt=1e-3):
     """Run soles and `contact` under gravity compensation of nobody; return engine and states."""
     q = hrp2.q_half_sitting
     stack = ContactStack([*sole_contacts(hrp2, q), contact])
-    engine = RigidContactEngine(hrp2, stack, q, dt, joint_damping=30.0)
+    engine = RigidContactEngine(hrp2, stack, q, dt, options=RigidOptions(joint_damping=30.0))
     drifts = [engine.step(np.zeros(hrp2.na)).violation for _ in range(round(seconds / dt))]
     return engine, stack, max(drifts)
 
@@ -171,7 +171,7 @@ def test_a_palm_slides_over_a_ball_and_stays_on_it(hrp2, moving):
     frame_id = hrp2.frame_id(hrp2.palms[0].frame)
     T = kinematics(hrp2, hrp2.q_half_sitting).placement(frame_id)
     centre = pose(T.translation - np.array([0.0, 0.06, 0.08]))
-    common = {"name": "ball", "frame_id": frame_id, "surface": Sphere(0.1)}
+    common = {"name": "ball", "frame": frame_id, "surface": Sphere(0.1)}
     if moving:
         motion = StraightMotion(centre, (0.0, 0.6, 0.8), lambda t: (0.1 * t * t, 0.2 * t, 0.2))
         contact = MovingSurfaceContact(motion=motion, **common)
@@ -196,7 +196,7 @@ def test_four_corner_points_are_the_sole(hrp2, rng):
     corners = [
         PointContact(
             name=f"{sole.name}/{i}",
-            frame_id=sole.frame_id,
+            frame=sole.frame,
             offset=tuple(corner),
             p_world=sole.T_world_anchor.act(corner),
             supporting=True,
@@ -246,8 +246,8 @@ def test_a_contact_twice_halves_its_multiplier(hrp2, rng):
 
 def test_bad_contacts_are_refused_by_name(hrp2):
     with pytest.raises(ShapeError, match="'tip'"):
-        PointContact(name="tip", frame_id=3, p_world=np.zeros(2))
+        PointContact(name="tip", frame=3, p_world=np.zeros(2))
     with pytest.raises(InputError, match="'palm'"):
-        SurfaceContact(name="palm", frame_id=3, surface=Plane(), offset=(0.0, np.nan, 0.0))
+        SurfaceContact(name="palm", frame=3, surface=Plane(), offset=(0.0, np.nan, 0.0))
     with pytest.raises(InputError, match="unit vector"):
         StraightMotion(pin.SE3.Identity(), (1.0, 1.0, 0.0), lambda t: (0.0, 0.0, 0.0))

@@ -12,13 +12,13 @@ from equipoise.control import (
     ControlGains,
     ForceManifold,
     PostureManifold,
-    Profile,
     SignFunction,
     advise_gains,
     distribute_base_wrench,
 )
 from equipoise.control.passivity.gain_advice import delay_margin, inertia_matrix
 from equipoise.errors import InputError
+from equipoise.trajectories import Profile
 from helpers import full_stack, kinematics, sole_contacts
 
 

@@ -11,8 +11,8 @@ from equipoise.control import (
     ControlGains,
     Measurement,
     PassivityController,
+    Reference,
     SignFunction,
-    Target,
     advise_gains,
 )
 from equipoise.errors import InputError
@@ -29,9 +29,9 @@ def loaded_controller(robot, q):
     controller = PassivityController(robot, soles, gains, DT)
     off = pin.integrate(robot.model, q, 0.002 * np.sin(np.arange(robot.nv)))
     still, lam = np.zeros(robot.nv), np.zeros(12)
-    controller.step(0.0, Measurement(q, still, lam), Target(q, still, np.zeros(0)))
+    controller.step(0.0, Measurement(q, still, lam), Reference(q, still, np.zeros(0)))
     for k in range(1, 100):
-        controller.step(k * DT, Measurement(off, still, lam), Target(q, still, np.zeros(0)))
+        controller.step(k * DT, Measurement(off, still, lam), Reference(q, still, np.zeros(0)))
     return controller, off, still
 
 
@@ -42,12 +42,12 @@ def test_taking_up_a_contact_makes_no_jump(hrp2, rng):
     more = full_stack(hrp2, q)
     controller.switch(more)
     measured = Measurement(off, still, np.zeros(18))
-    command = controller.step(0.1, measured, Target(q, still, np.zeros(1)))
+    command = controller.step(0.1, measured, Reference(q, still, np.zeros(1)))
     assert np.abs(command.tau - before).max() < 1e-9 * np.abs(before).max()
     assert np.abs(controller.posture.s_qp).max() == 0.0
     assert np.abs(controller.force.s_qF).max() == 0.0
     controller.handover[:] = 0.0
-    bare = controller.step(0.1, measured, Target(q, still, np.zeros(1)))
+    bare = controller.step(0.1, measured, Reference(q, still, np.zeros(1)))
     assert np.abs(bare.tau - before).max() > 1e-3 * np.abs(before).max()
 
 
@@ -55,7 +55,7 @@ def test_the_handed_over_part_fades(hrp2, rng):
     q, _ = random_state(hrp2, rng, 0.05)
     controller, off, still = loaded_controller(hrp2, q)
     controller.switch(full_stack(hrp2, q))
-    target = Target(q, still, np.zeros(1))
+    target = Reference(q, still, np.zeros(1))
     measured = Measurement(off, still, np.zeros(18))
     controller.step(0.1, measured, target)
     offset = controller.handover.copy()
@@ -83,7 +83,7 @@ def test_taking_over_begins_with_the_measured_torque(hrp2, rng):
     controller.take_over(tau)
     lam = np.zeros(12)
     still = np.zeros(hrp2.nv)
-    command = controller.step(0.0, Measurement(q, still, lam), Target(q, still, np.zeros(0)))
+    command = controller.step(0.0, Measurement(q, still, lam), Reference(q, still, np.zeros(0)))
     assert np.allclose(command.tau, tau, atol=1e-9)
 
 

@@ -8,7 +8,8 @@ import pytest
 
 from equipoise.contacts import ContactStack
 from equipoise.hqp import Hierarchy, Rows, make_solver
-from equipoise.tasks import ContactTask, FixedPose, FramePoseTask, JointLimitsTask, PostureTask
+from equipoise.tasks import ContactTask, FramePoseTask, JointLimitsTask, PostureTask
+from equipoise.trajectories import FixedPose
 from helpers import kinematics, sole_contacts
 
 

@@ -69,7 +69,7 @@ def test_extreme_numbers_end_as_a_status_and_a_finite_answer(scale) -> None:
 
 
 def test_any_layout_of_the_arrays_is_taken() -> None:
-    from equipoise.hqp.solvers.active_set.hierarchy import answer
+    from equipoise.hqp.solvers.active_set.solver import answer
 
     h = random_hierarchy("boxes", 8)
     A, lower = np.asfortranarray(h.A), h.lower.copy()

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from hqp_problems import block, equalities, random_hierarchy
 
+from equipoise.bench.problem import HANDS, make_problem
+from equipoise.bench.unreachable_targets import throw_hands
 from equipoise.hqp import Hierarchy, certificate, certify, make_solver
 from equipoise.hqp.solution import violation
+from equipoise.motion import MotionGenerator
 
 
 @pytest.fixture(params=range(4))
@@ -135,3 +138,15 @@ def test_what_a_nearly_dependent_row_could_still_gain_is_in_the_excess(size: flo
     gain = np.subtract(*(np.linalg.norm(violation(h, v)[1:]) for v in (here, better)))
     assert gain > 0.0
     assert gain <= certify(h, here).levels[1].excess < 1e-3 * size
+
+
+def test_balancing_among_nearly_dependent_rows_is_not_made_worse() -> None:
+    """Hands thrown out of reach: at some ticks joint limits leave 1e-8 to share between rows."""
+    problem = make_problem("hrp2")
+    levels, solver = throw_hands(problem, HANDS), make_solver("active_set")
+    motion = MotionGenerator(problem.robot, levels, solver, problem.dt, problem.q_start)
+    for k in range(1340):
+        step = motion.step(k * problem.dt)
+        if k > 1270:
+            certificate = step.solution.certificate(step.hierarchy)
+            assert all(level.excess <= 1e-6 * level.scale for level in certificate.levels), k

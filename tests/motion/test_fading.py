@@ -6,24 +6,18 @@ from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from equipoise.contacts import ContactStack
 from equipoise.errors import NameNotFoundError
 from equipoise.hqp import Hierarchy, Rows, Status, make_solver
 from equipoise.hqp.solution import describe
-from equipoise.kinematics import KinematicsEvaluator
-from equipoise.motion import Fading, FadingGenerator
+from equipoise.kinematics import kinematics_at
+from equipoise.motion import MotionGenerator, MotionStep
 from equipoise.spatial import pose
-from equipoise.tasks import (
-    ContactTask,
-    Fade,
-    FixedPose,
-    FramePoseTask,
-    JointLimitsTask,
-    PostureTask,
-    Task,
-)
+from equipoise.tasks import ContactTask, FramePoseTask, JointLimitsTask, PostureTask, Task
+from equipoise.trajectories import Fade, FixedPose
 from helpers import sole_contacts
 from hqp.hqp_problems import random_hierarchy
 
@@ -48,6 +42,10 @@ def cascade():
     return make_solver("cascade")
 
 
+def active_set():
+    return make_solver("active_set")
+
+
 def still_levels(h: Hierarchy) -> list[list[StillTask]]:
     """Return a task a block of a hierarchy, level by level."""
     levels: list[list[StillTask]] = [[] for _ in h.ends]
@@ -57,42 +55,58 @@ def still_levels(h: Hierarchy) -> list[list[StillTask]]:
     return levels
 
 
-def nowhere(n: int):
-    """Return a state that only says how many velocities there are."""
-    return SimpleNamespace(robot=SimpleNamespace(nv=n))
+def sliders(n: int) -> SimpleNamespace:
+    """Return a robot of n joints that nothing depends on."""
+    model = pin.Model()
+    for k in range(n):
+        joint = model.addJoint(0, pin.JointModelPX(), pin.SE3.Identity(), f"joint{k}")
+        model.appendBodyToJoint(joint, pin.Inertia.Random(), pin.SE3.Identity())
+    robot = SimpleNamespace(model=model, nq=n, nv=n, frame_id=int)
+    robot.at = lambda q, v=None, t=0.0: kinematics_at(robot, q, v, t)
+    return robot
 
 
 FADES = {"l1": Fade(0.0, 1.0, 0.4), "l2": Fade(0.1, 0.8, 0.3), "l0": Fade(0.3, 2.0, 0.2)}
 
 
-def blended(h: Hierarchy, fades=FADES) -> tuple[Fading, SimpleNamespace]:
+def blended(h: Hierarchy, fades=FADES, solver=cascade) -> MotionGenerator:
     named = {name: fade for name, fade in fades.items() if name in {b.name for b in h.blocks}}
-    return Fading(still_levels(h), named, cascade), nowhere(h.n)
+    return MotionGenerator(sliders(h.n), still_levels(h), solver, 1e-3, np.zeros(h.n), fades=named)
 
 
+def solved(motion: MotionGenerator, t: float) -> MotionStep:
+    """Return a step whose parts are put together."""
+    step = motion.step(t)
+    _, _, step.listed = step.hierarchy, step.solution, step.parts
+    return step
+
+
+@pytest.mark.parametrize("solver", [cascade, active_set])
 @pytest.mark.parametrize("kind", ["infeasible", "redundant", "boxes", "degenerate"])
-def test_the_velocity_moves_no_faster_than_the_weights(kind) -> None:
+def test_the_velocity_moves_no_faster_than_the_weights(kind, solver) -> None:
     """|dv| <= sum |dw| times the distance of two optima, however the ramps overlap."""
     for seed in range(2):
         h = random_hierarchy(kind, 400 + seed, n=7)
-        fading, kin = blended(h)
+        motion = blended(h, solver=solver)
         times = np.linspace(-0.1, 2.1, 67)
-        parts = [fading.parts(kin, t) for t in times]
-        optima = np.array([p.solution.v for listed in parts for p in listed])
+        steps = [solved(motion, t) for t in times]
+        optima = np.array([p.solution.v for step in steps for p in step.listed])
         far = np.linalg.norm(optima[:, None] - optima[None], axis=2).max()
-        v = [sum(p.share * p.solution.v for p in listed) for listed in parts]
-        weights = [np.array([*fading.weights(t).values()]) for t in times]
+        v = [step.v_ref for step in steps]
+        weights = [np.array([f.weight(t) for f in motion.fades.values()]) for t in times]
         for (w0, v0), (w1, v1) in pairwise(zip(weights, v, strict=True)):
             assert np.linalg.norm(v1 - v0) <= np.abs(w1 - w0).sum() * far + 1e-9
 
 
 def test_the_blend_is_what_is_answered() -> None:
     h = random_hierarchy("infeasible", 400, n=7)
-    fading, kin = blended(h)
-    parts = fading.parts(kin, 0.2)
-    assert len(parts) == 3
-    v = sum(p.share * p.solution.v for p in parts)
-    assert np.allclose(fading.solve(kin, 0.2)[1].v, v, rtol=1e-12)
+    steps = [solved(blended(h, solver=solver), 0.2) for solver in (cascade, active_set)]
+    for step in steps:
+        assert len(step.listed) == 3
+        v = sum(p.share * p.solution.v for p in step.listed)
+        assert np.allclose(step.v_ref, v, rtol=1e-12)
+        assert np.allclose(step.solution.v, v, rtol=1e-12)
+    assert np.allclose(steps[0].v_ref, steps[1].v_ref, atol=1e-7)
 
 
 @pytest.mark.parametrize("kind", ["infeasible", "redundant", "boxes"])
@@ -100,11 +114,12 @@ def test_priorities_stay_strict_while_fading(kind) -> None:
     """Levels above every fading task keep their optimum; no level is worse than the blend."""
     for seed in range(4):
         h = random_hierarchy(kind, 500 + seed, n=7)
-        fading, kin = blended(h, {"l1": FADES["l1"], "l2": FADES["l2"]})
+        motion = blended(h, {"l1": FADES["l1"], "l2": FADES["l2"]})
         for t in np.linspace(0.0, 1.0, 9):
-            parts = fading.parts(kin, t)
+            step = solved(motion, t)
+            parts = step.listed
             hierarchy = parts[0].hierarchy  # with all of them
-            solution = describe(hierarchy, fading.solve(kin, t)[1].v, Status.SOLVED, "", 0)
+            solution = describe(hierarchy, step.v_ref, Status.SOLVED, "", 0)
             assert sum(p.share for p in parts) == pytest.approx(1.0)
             size = 1.0 + np.abs(hierarchy.A).max()
             violated = [
@@ -117,22 +132,25 @@ def test_priorities_stay_strict_while_fading(kind) -> None:
 
 def test_where_nothing_fades_it_is_the_optimum_itself() -> None:
     h = random_hierarchy("infeasible", 8, n=7)
-    fading, kin = blended(h, {"l1": Fade(1.0, 2.0, 0.2)})
-    full, solution = fading.solve(kin, 1.5)
-    assert full.ends == h.ends
-    assert np.array_equal(solution.v, cascade().solve(h).v)
-    without, solution = fading.solve(kin, 0.5)
-    assert len(without.ends) == len(h.ends)
-    assert "l1" not in [b.name for b in without.blocks]
-    assert solution.certificate(without).holds()
-    assert len(fading.parts(kin, 1.1)) == 2
-    settled, _ = fading.solve(kin, 1.1)
-    assert "l1" not in [b.name for b in settled.blocks]  # it does not count fully yet
+    motion = blended(h, {"l1": Fade(1.0, 2.0, 0.2)})
+    step = solved(motion, 1.5)
+    assert step.hierarchy.ends == h.ends
+    assert np.array_equal(step.solution.v, cascade().solve(h).v)
+    step = solved(motion, 0.5)
+    assert len(step.hierarchy.ends) == len(h.ends)
+    assert "l1" not in [b.name for b in step.hierarchy.blocks]
+    assert step.solution.certificate(step.hierarchy).holds()
+    step = solved(motion, 1.1)
+    assert len(step.listed) == 2
+    assert "l1" not in [b.name for b in step.hierarchy.blocks]  # it does not count fully yet
 
 
 def test_a_fade_of_no_task_is_refused() -> None:
     with pytest.raises(NameNotFoundError, match="l0"):
-        Fading(still_levels(random_hierarchy("boxes", 1, n=7)), {"L0": Fade()}, cascade)
+        MotionGenerator(
+            sliders(7), still_levels(random_hierarchy("boxes", 1, n=7)), cascade, 1e-3,
+            np.zeros(7), fades={"L0": Fade()},
+        )  # fmt: skip
 
 
 def test_a_solver_that_fails_is_not_blended_away() -> None:
@@ -143,9 +161,9 @@ def test_a_solver_that_fails_is_not_blended_away() -> None:
             return describe(h, np.full(h.n, np.nan), Status.FAILED, self.name, 0)
 
     h = random_hierarchy("infeasible", 8, n=7)
-    solution = Fading(still_levels(h), {"l1": Fade(0.0, 1.0, 0.4)}, Failing).solve(
-        nowhere(h.n), 0.2
-    )[1]
+    step = solved(blended(h, {"l1": Fade(0.0, 1.0, 0.4)}, Failing), 0.2)
+    assert not step.v_ref.any()
+    solution = step.solution
     assert solution.status is Status.FAILED
     assert not solution.v.any()
     assert solution.slack[0] == np.inf
@@ -157,10 +175,8 @@ def generator(robot, ramp, dt, *, shift=(0.05, 0.03, 0.05), share=0.95, first=Fa
     `shift` [m]: how far off the task finds the hand; `share` of the speed limits may be used.
     """
     q = robot.q_half_sitting
-    kin = KinematicsEvaluator(robot).at(q, np.zeros(robot.nv))
-    frame = robot.frame_id("left_palm")
-    moved = pose(shift) * kin.placement(frame)
-    hand = FramePoseTask("hand", frame, FixedPose(moved))
+    moved = pose(shift) * robot.at(q).placement("left_palm")
+    hand = FramePoseTask("hand", "left_palm", FixedPose(moved))
     soles = ContactStack(sole_contacts(robot, q))
     levels = [
         [ContactTask("contacts", soles)],
@@ -170,8 +186,7 @@ def generator(robot, ramp, dt, *, shift=(0.05, 0.03, 0.05), share=0.95, first=Fa
     ]
     if first:
         levels[0].append(levels[2].pop())
-    fading = Fading(levels, {"hand": Fade(0.05, end, ramp)}, lambda: make_solver("active_set"))
-    return FadingGenerator(robot, fading, dt, q)
+    return MotionGenerator(robot, levels, active_set, dt, q, fades={"hand": Fade(0.05, end, ramp)})
 
 
 def largest_steps(robot, ramp, dt, **how) -> tuple[float, float]:

@@ -17,11 +17,11 @@ from equipoise.tasks import (
     AvoidanceTask,
     ComPolygonTask,
     ContactTask,
-    FixedPose,
     FramePoseTask,
     JointLimitsTask,
     PostureTask,
 )
+from equipoise.trajectories import FixedPose
 from helpers import kinematics, sole_contacts
 
 STEPS = [0.002, 0.01, 0.05]
@@ -118,6 +118,5 @@ def test_a_posture_out_of_reach_names_the_task(hrp2):
             make_solver("active_set"),
             hrp2.q_half_sitting,
             t_from=0.0,
-            iterations=100,
             must_hold=[out_of_reach],
         )

@@ -11,15 +11,8 @@ from equipoise.contacts import ContactStack
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator
 from equipoise.spatial import pose
-from equipoise.tasks import (
-    AvoidanceTask,
-    ContactTask,
-    FramePoseTask,
-    JointLimitsTask,
-    PostureTask,
-    Waypoint,
-    WaypointTrajectory,
-)
+from equipoise.tasks import AvoidanceTask, ContactTask, FramePoseTask, JointLimitsTask, PostureTask
+from equipoise.trajectories import Waypoint, WaypointTrajectory
 from helpers import kinematics, sole_contacts
 
 STEPS = (0.004, 0.002)  # [s]
@@ -48,13 +41,15 @@ def reach_into_wall(robot, dt, margin):
         [PostureTask("posture", robot, q[7:])],
     ]
     motion = MotionGenerator(robot, levels, make_solver("active_set"), dt, q)
-    steps = [motion.step(k * dt) for k in range(round(2.0 / dt))]
-    most = [
-        max(int((np.abs(s.solution.active[b.rows]) == 1).sum()) for s in steps)
-        for b in steps[0].hierarchy.blocks
-        if b.name in ("limits", "wall")
-    ]
-    return np.array([s.v_ref for s in steps]), most
+    v, most = [], {"limits": 0, "wall": 0}
+    for k in range(round(2.0 / dt)):
+        step = motion.step(k * dt)
+        v.append(step.v_ref)
+        for block in step.hierarchy.blocks:
+            if block.name in most:
+                active = int((np.abs(step.solution.active[block.rows]) == 1).sum())
+                most[block.name] = max(most[block.name], active)
+    return np.array(v), list(most.values())
 
 
 @pytest.fixture(scope="module")

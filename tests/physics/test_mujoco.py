@@ -24,7 +24,9 @@ from equipoise.physics.mujoco import (  # noqa: E402
     MujocoOptions,
     Surroundings,
 )
+from equipoise.physics.mujoco.contact_pads import PadSensor  # noqa: E402
 from equipoise.physics.mujoco.conversion import StateConversion  # noqa: E402
+from equipoise.physics.mujoco.names import in_model, of_object  # noqa: E402
 
 STIFF, DAMPED = 3000.0, 60.0
 
@@ -48,10 +50,11 @@ def test_states_and_forces_survive_the_way_there_and_back(hrp2, rng):
     qpos, qvel, qfrc = np.zeros(hrp2.nq), np.zeros(hrp2.nv), np.zeros(hrp2.nv)
     conversion.write_q(q, qpos)
     conversion.write_v(q, v, qvel)
-    assert np.allclose(conversion.q(qpos), q, atol=1e-15)
-    assert np.allclose(conversion.v(q, qvel), v, atol=1e-14)
+    q_back, v_back = conversion.state(qpos, qvel)
+    assert np.allclose(q_back, q, atol=1e-15)
+    assert np.allclose(v_back, v, atol=1e-14)
     force = rng.normal(size=hrp2.nv)
-    conversion.write_force(q, force, qfrc)
+    conversion.write_v(q, force, qfrc)
     assert qfrc @ qvel == pytest.approx(force @ v)  # power is the same in both
 
 
@@ -62,10 +65,10 @@ def test_sole_sensors_read_the_sum_of_the_contacts(hrp2):
     engine = MujocoEngine(hrp2, stack, q, 1e-3, options=MujocoOptions(substeps=1))
     hold(engine, 60)
     tau = engine.stand()
-    origins = {s.name: _site(engine, s.frame_id) for s in stack.contacts}
+    origins = {s.name: _site(engine, hrp2.frame_id(s.frame)) for s in stack.contacts}
     state = engine.step(tau)
     for sole in stack.contacts:
-        wrench = _contact_sum(engine, sole.name, origins[sole.name])
+        wrench = _contact_sum(engine, in_model("sole", sole.name), origins[sole.name])
         assert np.allclose(state.lam[stack.rows[sole.name]], wrench, atol=2e-3 * 550.0)
         assert wrench[2] > 100.0
 
@@ -79,7 +82,7 @@ def test_a_hand_on_a_wall_reads_what_it_presses(hrp2):
     wall = SurfaceContact(
         name="wall",
         regulated=("fn",),
-        frame_id=frame_id,
+        frame=frame_id,
         surface=Plane(),
         T_world_surface=normal_pose,
         offset=offset,
@@ -93,7 +96,7 @@ def test_a_hand_on_a_wall_reads_what_it_presses(hrp2):
         dq = pin.difference(hrp2.model, q, state.q)
         spring = -STIFF * dq[6:] - DAMPED * state.v[6:]
         state = engine.step(tau + spring - 20.0 * J)
-    pressed = _contact_sum(engine, "ball_wall", np.zeros(3))
+    pressed = _contact_sum(engine, in_model("ball", "wall"), np.zeros(3))
     normal = wall.normal(kinematics(hrp2, state.q))
     assert state.lam[stack.rows["wall"]][0] == pytest.approx(normal @ pressed[:3], rel=1e-3)
     assert normal @ pressed[:3] > 5.0
@@ -103,18 +106,18 @@ def test_friction_is_coulombs(hrp2):
     """A block on the floor under a side force: below the cone it stays, above it goes."""
     block = Body("block", (Shape("box", (0.1, 0.1, 0.1), pose((0, 0, 0))),), pose((2.0, 0.0, 0.05)))
     for share, moves in ((0.9, False), (1.2, True)):
-        thing = LooseObject(block, 2.0, 0.5, block.T_parent_body)
+        loose = LooseObject(block, 2.0, 0.5, block.T_parent_body)
         q = hrp2.q_half_sitting
         engine = MujocoEngine(
-            hrp2, ContactStack([]), q, 1e-3, surroundings=Surroundings(loose=(thing,))
+            hrp2, ContactStack([]), q, 1e-3, surroundings=Surroundings(loose=(loose,))
         )
-        adr = engine.model.compiled.joint("block").dofadr[0]
+        adr = engine.model.compiled.joint(of_object("block")).dofadr[0]
         engine.simulated.qfrc_applied[adr] = share * 0.5 * 2.0 * 9.81
         for _ in range(200):
             engine.step(np.zeros(hrp2.na))
-        way = engine.object_pose("block").translation[0] - 2.0
-        assert (way > 0.01) == moves
-        assert moves or way < 2e-3
+        gone = engine.object_pose("block").translation[0] - 2.0
+        assert (gone > 0.01) == moves
+        assert moves or gone < 2e-3
 
 
 def test_a_welded_tray_is_squeezed_and_carried(hrp2):
@@ -175,7 +178,7 @@ def test_impossible_options_are_refused(wrong):
 
 
 def _site(engine, frame_id):
-    site = engine.model.compiled.site(f"frame_{frame_id}").id
+    site = engine.model.compiled.site(PadSensor(frame_id).site).id
     return engine.simulated.site_xpos[site].copy()
 
 

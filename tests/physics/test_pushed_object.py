@@ -9,7 +9,7 @@ import pytest
 from equipoise.contacts import ContactStack, SurfaceContact
 from equipoise.contacts.surfaces import Plane
 from equipoise.errors import InputError
-from equipoise.physics import PushedObject, PushedObjectMode, RigidContactEngine
+from equipoise.physics import PushedObject, PushedObjectMode, RigidContactEngine, RigidOptions
 from helpers import kinematics, sole_contacts
 
 COULOMB, VISCOSITY = 6.0, 50.0
@@ -26,7 +26,7 @@ def pushing(robot, force, gap=0.0, seconds=0.05):
     T_palm = kin.placement(frame_id)
     R = pin.Quaternion.FromTwoVectors(np.array([0, 0, 1.0]), np.array([0, -1.0, 0]))
     face = pin.SE3(R.toRotationMatrix(), T_palm.translation + np.array([0.0, gap, 0.0]))
-    push = SurfaceContact(name="push", frame_id=frame_id, surface=Plane(), T_world_surface=face)
+    push = SurfaceContact(name="push", frame=frame_id, surface=Plane(), T_world_surface=face)
     soles = sole_contacts(robot, q)
     stack = ContactStack([*soles, push])
     engine = RigidContactEngine(
@@ -34,8 +34,8 @@ def pushing(robot, force, gap=0.0, seconds=0.05):
         stack,
         q,
         1e-3,
-        joint_damping=200.0,
-        sliders=[PushedObject("push", COULOMB, VISCOSITY)],
+        options=RigidOptions(joint_damping=200.0),
+        pushed=[PushedObject("push", COULOMB, VISCOSITY)],
     )
     standing = engine.stand()
     along = kin.jacobian(frame_id)[1, 6:]

@@ -10,7 +10,7 @@ import pytest
 
 from equipoise.contacts import ContactStack
 from equipoise.errors import InputError
-from equipoise.physics import DivergedError, RigidContactEngine
+from equipoise.physics import DivergedError, RigidContactEngine, RigidOptions
 from helpers import full_stack, kinematics, random_state, sole_contacts
 
 
@@ -30,7 +30,7 @@ def test_solves_the_kkt_system(hrp2, rng):
     stack = full_stack(hrp2, q)
     force = np.concatenate((np.zeros(6), rng.normal(size=hrp2.na) * 20))
     engine = RigidContactEngine(
-        hrp2, stack, q, 1e-3, v_start=v, position_gain=0.0, velocity_gain=0.0
+        hrp2, stack, q, 1e-3, options=RigidOptions(position_gain=0.0, velocity_gain=0.0), v_start=v
     )
     a, lam = engine.accelerations(force)
     kin = kinematics(hrp2, q, v)
@@ -49,12 +49,12 @@ def test_agrees_with_pinocchios_constraint_dynamics(hrp2, rng):
     stack = ContactStack(contacts)
     v = stack.at(kinematics(hrp2, q)).project(v)  # feet at rest: all notions of drift agree
     engine = RigidContactEngine(
-        hrp2, stack, q, 1e-3, v_start=v, position_gain=0.0, velocity_gain=0.0
+        hrp2, stack, q, 1e-3, options=RigidOptions(position_gain=0.0, velocity_gain=0.0), v_start=v
     )
     a, _ = engine.accelerations(force)
     models = pin.StdVec_RigidConstraintModel()
     for contact in contacts:
-        frame = hrp2.model.frames[contact.frame_id]
+        frame = hrp2.model.frames[hrp2.frame_id(contact.frame)]
         models.append(
             pin.RigidConstraintModel(
                 pin.ContactType.CONTACT_6D,
@@ -104,7 +104,9 @@ def test_standing_reaction_is_the_weight(hrp2):
 @pytest.mark.parametrize("dt", [1e-3, 5e-4])
 def test_drift_stays_small_whatever_the_step(hrp2, rng, dt):
     stack = full_stack(hrp2, hrp2.q_half_sitting)
-    engine = RigidContactEngine(hrp2, stack, hrp2.q_half_sitting, dt, joint_damping=30.0)
+    engine = RigidContactEngine(
+        hrp2, stack, hrp2.q_half_sitting, dt, options=RigidOptions(joint_damping=30.0)
+    )
     worst = 0.0
     for k in range(round(1.0 / dt)):
         state = engine.step(30 * np.sin(10 * k * dt + np.arange(hrp2.na)))
@@ -130,7 +132,9 @@ def test_a_redundant_contact_changes_nothing_but_who_carries(hrp2, rng):
 def test_substeps_are_smaller_steps_under_a_held_torque(hrp2, rng):
     stack = ContactStack(sole_contacts(hrp2, hrp2.q_half_sitting))
     tau = rng.normal(size=hrp2.na) * 5
-    held = RigidContactEngine(hrp2, stack, hrp2.q_half_sitting, 1e-3, substeps=4)
+    held = RigidContactEngine(
+        hrp2, stack, hrp2.q_half_sitting, 1e-3, options=RigidOptions(substeps=4)
+    )
     fine = RigidContactEngine(hrp2, stack, hrp2.q_half_sitting, 2.5e-4)
     for _ in range(4):
         state = fine.step(tau)
@@ -145,7 +149,9 @@ def test_divergence_is_an_error_that_says_so(hrp2):
 
 def test_no_substep_is_refused(hrp2):
     with pytest.raises(InputError, match="at least one step"):
-        RigidContactEngine(hrp2, ContactStack([]), hrp2.q_half_sitting, 1e-3, substeps=0)
+        RigidContactEngine(
+            hrp2, ContactStack([]), hrp2.q_half_sitting, 1e-3, options=RigidOptions(substeps=0)
+        )
 
 
 def _energy(robot, q, v):

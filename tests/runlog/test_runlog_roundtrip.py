@@ -31,7 +31,7 @@ from equipoise.runlog import (
     load_run,
 )
 from equipoise.runlog.layout import make_layout
-from equipoise.runlog.packing import TickPacker
+from equipoise.runlog.packing import TickBuffer
 
 ANY_BITS = st.integers(0, 2**64 - 1)
 
@@ -204,7 +204,10 @@ def test_records_of_another_layout_are_not_taken_for_ours() -> None:
     """Equal length is not enough: (1, 3) doubles are not (2, 2) doubles."""
     wide = make_layout([Channel("a", ("x",), ""), Channel("b", ("x", "y", "z"), "")])
     even = make_layout([Channel("a", ("x", "y"), ""), Channel("b", ("x", "y"), "")])
-    record = TickPacker(wide).pack(0, 1.0, {"a": np.ones(1), "b": np.ones(3)})
+    buffer = TickBuffer(wide, 3)
+    for k in range(3):
+        buffer.put_values(k, 1.0 + k, {"a": np.ones(1), "b": np.ones(3)})
+    record = buffer.content(0, 1, 0).tobytes()
     assert wide.record.itemsize == even.record.itemsize == len(record)
     assert wide.view(record * 3).size == 3
     assert even.view(record) is None

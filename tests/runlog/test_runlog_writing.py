@@ -194,8 +194,8 @@ def test_an_interrupt_after_a_flush_doubles_nothing(
     """Ctrl-C between noting a chunk as written and forgetting its ticks."""
     append = mcapfile.McapFile.append
 
-    def interrupted(file: mcapfile.McapFile, ticks: list) -> None:
-        append(file, ticks)
+    def interrupted(file: mcapfile.McapFile, *chunk: np.ndarray) -> None:
+        append(file, *chunk)
         if file.ticks > 3:
             monkeypatch.undo()
             raise KeyboardInterrupt

@@ -35,7 +35,10 @@ def velocities(scenario, until: float) -> tuple[np.ndarray, np.ndarray, list]:
     """Return times, v_ref and the steps of the motion alone."""
     simulation = Simulation(scenario)
     times = np.arange(round(until / simulation.dt)) * simulation.dt
-    steps = [simulation.motion.step(t) for t in times]
+    steps = []
+    for t in times:
+        steps.append(simulation.controller.motion.step(t))
+        assert steps[-1].hierarchy is not None  # put together before the next one
     return times, np.array([s.v_ref for s in steps]), steps
 
 

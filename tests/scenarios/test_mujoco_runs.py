@@ -20,8 +20,8 @@ def simulate(name: str, *overrides: str):
     simulation = Simulation(read_scenario(name, [IN_MUJOCO, *overrides]))
     rows = []
     try:
-        for _, values in simulation.ticks():
-            rows.append({key: np.array(value) for key, value in values.items()})
+        for _, record in simulation.ticks():
+            rows.append({key: value.copy() for key, value in record.views.items()})
     except DivergedError:
         pass
     return simulation, {key: np.array([row[key] for row in rows]) for key in rows[0]}

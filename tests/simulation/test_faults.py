@@ -11,11 +11,11 @@ from equipoise.control import (
     Measurement,
     Mode,
     PassivityController,
+    Reference,
     Supervisor,
-    Target,
 )
 from equipoise.errors import InputError
-from equipoise.simulation.faults import DelayLine, FaultInjector, Faults, Push
+from equipoise.simulation.faults import DelayLine, ExternalForce, FaultInjector, Faults
 from helpers import kinematics, random_state, sole_contacts
 
 DT = 1e-3
@@ -29,7 +29,7 @@ def test_a_delay_line_gives_back_the_past():
 
 def test_pushes_act_in_their_window_with_their_power(hrp2, rng):
     frame_id = hrp2.frame_id("CHEST_LINK1")
-    push = Push(frame_id, (30.0, -5.0, 2.0), 1.0, 0.2)
+    push = ExternalForce(frame_id, (30.0, -5.0, 2.0), 1.0, 0.2)
     faults = FaultInjector(hrp2, Faults(pushes=(push,)), DT, seed=0)
     q, v = random_state(hrp2, rng)
     speed = kinematics(hrp2, q, v).twist(frame_id)[:3]
@@ -65,7 +65,7 @@ def test_impossible_faults_are_refused(wrong):
 def make_supervisor(hrp2):
     stack = ContactStack(sole_contacts(hrp2, hrp2.q_half_sitting))
     return Supervisor(
-        PassivityController(hrp2, stack, ControlGains(K_d=50.0), DT), filter_time=0.02
+        PassivityController(hrp2, stack, ControlGains(K_d=50.0), DT, filter_time=0.02)
     )
 
 
@@ -73,7 +73,7 @@ def calm(hrp2, supervisor):
     q = hrp2.q_half_sitting
     size = supervisor.controller.contacts.size
     measured = Measurement(q.copy(), np.zeros(hrp2.nv), np.zeros(size))
-    return measured, Target(q.copy(), np.zeros(hrp2.nv), np.zeros(0))
+    return measured, Reference(q.copy(), np.zeros(hrp2.nv), np.zeros(0))
 
 
 def test_a_lost_force_is_bridged_and_named(hrp2):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from equipoise.errors import InputError
-from equipoise.tasks import Fade
+from equipoise.trajectories import Fade
 
 
 def test_it_counts_inside_only_and_fully_between_the_ramps() -> None:

@@ -22,9 +22,8 @@ from equipoise.tasks import (
     GazeTask,
     JointLimitsTask,
     PostureTask,
-    Waypoint,
-    WaypointTrajectory,
 )
+from equipoise.trajectories import Waypoint, WaypointTrajectory
 from helpers import kinematics, random_state, sole_contacts
 
 STEP = 1e-6

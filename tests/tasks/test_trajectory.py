@@ -5,10 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import PPoly, make_interp_spline
 
 from equipoise.errors import InputError
 from equipoise.spatial import pose
-from equipoise.tasks import AttachedTrajectory, Waypoint, WaypointTrajectory
+from equipoise.trajectories import (
+    AttachedTrajectory,
+    Travel,
+    Waypoint,
+    WaypointTrajectory,
+)
+from equipoise.trajectories.quintic import quintic_powers
 
 WAYPOINTS = [
     Waypoint(0.5, pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))),
@@ -78,3 +87,25 @@ def test_rotation_beyond_half_a_turn_keeps_its_way():
 def test_times_must_increase():
     with pytest.raises(InputError, match="increase"):
         WaypointTrajectory([Waypoint(1.0, pose((0, 0, 0))), Waypoint(1.0, pose((1, 0, 0)))])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(2, 9), st.integers(0, 2**32 - 1))
+def test_the_spline_is_the_one_that_scipy_finds(count, seed):
+    """Quintic, at rest at both ends, four derivatives continuous: there is only one."""
+    rng = np.random.default_rng(seed)
+    times, points = np.cumsum(rng.uniform(0.2, 2.0, size=count)), rng.normal(size=(count, 6))
+    powers = quintic_powers(times, points)
+    rest = [(1, np.zeros(6)), (2, np.zeros(6))]
+    theirs = make_interp_spline(times, points, k=5, bc_type=(rest, rest))
+    ours = PPoly(powers.transpose(1, 0, 2), times)
+    asked = np.linspace(times[0], times[-1], 200)
+    assert np.allclose(ours(asked), theirs(asked), atol=1e-9 * np.abs(theirs(asked)).max())
+
+
+def test_impossible_travels_and_waypoints_are_refused():
+    nowhere = pin.SE3(np.eye(3), np.array([np.nan, 0.0, 0.0]))
+    with pytest.raises(InputError, match="finite"):
+        WaypointTrajectory([Waypoint(0.0, nowhere)])
+    with pytest.raises(InputError, match="end after it starts"):
+        Travel(1.0, 1.0, 0.1)

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 from scipy.integrate import solve_ivp
 
+from equipoise.control import ControlGains
 from equipoise.errors import ShapeError
 from equipoise.verify.closed_forms import force_error, posture_error, posture_error_rate
 from equipoise.verify.error_dynamics import (
@@ -66,6 +67,7 @@ def test_power_of_28_is_the_rate_of_27(hrp2, rng):
     s_rF, s_qF, sign = rng.normal(size=(3, 1))
     beta, eta, k_iF, mu = 0.3, 4.0, 1.5, 2.0
     dynamics, K_d = Dynamics.at(hrp2, q, v, joint_damping=2.0), 100.0 * np.eye(hrp2.nv)
+    gains = ControlGains(K_d=K_d, beta=beta, eta=eta, k_iF=k_iF, mu=mu)
     row = rng.normal(size=(1, hrp2.nv))
     s = s - np.linalg.pinv(row) @ (row @ s + beta * s_rF)  # s^T J^T = -beta s_rF^T
     s_rF_rate = rng.normal(size=1)
@@ -76,9 +78,7 @@ def test_power_of_28_is_the_rate_of_27(hrp2, rng):
     ahead, behind = (inertia(hrp2, pin.integrate(hrp2.model, q, x * step * v)) for x in (1, -1))
     M_rate = (ahead - behind) / (2 * step)
     V_rate = s @ pull + 0.5 * s @ M_rate @ s + beta * s_rF @ s_rF_rate
-    terms = power_balance(
-        dynamics, K_d, s, reference, s_rF, s_qF, sign, beta=beta, eta=eta, k_iF=k_iF, mu=mu
-    )
+    terms = power_balance(dynamics, gains, s, reference, s_rF=s_rF, s_qF=s_qF, sign=sign)
     assert np.isclose(V_rate, terms.rate, atol=1e-6 * terms.throughput)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 from click.testing import CliRunner
@@ -31,6 +32,15 @@ def test_every_equation_has_a_row():
 )  # fmt: skip
 def test_every_claim_has_a_row(claim):
     assert claim in KEYS
+
+
+@pytest.mark.parametrize(
+    "check", [c for group in GROUPS.values() for c in group], ids=lambda c: c.key
+)
+def test_the_code_that_a_row_names_exists(check):
+    for name in check.code.split(", "):
+        if "*" not in name and not name.startswith("."):
+            assert resolve_name(f"equipoise.{name}") is not None
 
 
 @pytest.mark.slow

@@ -66,7 +66,7 @@ def replay(sway: Path, browser: Any) -> Iterator[Replay]:
     replay.start()
     browser.get(server.url)
     wait_for_robot(browser)
-    until(lambda: replay.display.unveiling.opened)  # the panels come a moment later
+    until(lambda: replay.display.progressive.opened)  # the panels come a moment later
     until(lambda: browser.find_elements(By.ID, "equipoise-hierarchy"))
     yield replay
     replay.stop()

@@ -31,7 +31,7 @@ def test_playing_at_the_end_begins_anew() -> None:
     assert clock.t == 1.0
 
 
-def test_a_wish_wakes_the_sleeper() -> None:
+def test_a_request_wakes_the_sleeper() -> None:
     clock = Clock(0.0, 1.0)
     clock.seek(0.5)
     began = time.perf_counter()

@@ -56,6 +56,24 @@ def test_the_panel_asks_only_for_what_was_changed(server: ViewerServer) -> None:
     assert sent[-2:] == [("step", 3), ("run", True)]
 
 
+def test_the_run_goes_on_under_what_stands_in_the_controls(server: ViewerServer) -> None:
+    """Also where the thread that tells of a new value comes too late."""
+    sent: list[tuple[str, object]] = []
+    panel = OperatorPanel(
+        server.viser.gui,
+        read_scenario("tray"),
+        tray_places(),
+        "BODY",
+        lambda kind, content: sent.append((kind, content)),
+    )
+    panel._gains["alpha"].value = 7.5
+    panel.toggle()
+    panel.toggle()
+    panel._changed(SimpleNamespace(client_id=1))
+    wanted = OperatorRequest(gains={"alpha": 7.5})
+    assert sent == [("request", wanted), ("run", False), ("run", True)]
+
+
 def test_what_was_typed_last_is_sent_last(server: ViewerServer) -> None:
     sent: list[float] = []
     first_is_on_its_way, go_on = threading.Event(), threading.Event()
@@ -134,7 +152,7 @@ def watched(tmp_path_factory: pytest.TempPathFactory):
 
     thread = threading.Thread(target=listen, daemon=True)
     thread.start()
-    made.steer(bridge)
+    made.operate(bridge)
     bridge._wanted = 2  # as if the page had reported its camera
     seen: list[int] = []
 
@@ -172,7 +190,7 @@ def test_pause_step_and_stop_reach_the_loop() -> None:
     made = simulation(0.02)
     bridge = Bridge(made, "127.0.0.1", 0)
     try:
-        made.steer(bridge)
+        made.operate(bridge)
         for message in (
             ("step", 3),
             ("request", OperatorRequest(push=(1.0, 0.0, 0.0), push_frame="BODY")),

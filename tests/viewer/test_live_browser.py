@@ -41,7 +41,7 @@ class LivePage:
         self.browser, self.folder = browser, folder
         self.made = simulation(600.0)  # far longer than the test: it is stopped by hand
         self.bridge = Bridge(self.made, "127.0.0.1", 0)
-        self.made.steer(self)
+        self.made.operate(self)
         self.reached = 0.0  # [s], by the loop
         self.outcome: RunOutcome | None = None
         self.thread = threading.Thread(target=self._run, daemon=True)
@@ -81,12 +81,12 @@ class LivePage:
         found = until(lambda: self.browser.find_elements(By.XPATH, f"//*[text()='{text}']"))
         self.browser.execute_script("arguments[0].click()", found[0])
 
-    def type(self, label: str, value: float) -> None:
-        """Type a number into the field beside a label."""
+    def type(self, label: str, value: float, end: str = Keys.ENTER) -> None:
+        """Type a number into the field beside a label, and end it by a key."""
         field = until(lambda: self.box(label))
         self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
         field.send_keys(Keys.CONTROL, "a")
-        field.send_keys(f"{value:g}", Keys.ENTER)
+        field.send_keys(f"{value:g}", end)
 
     def stands(self) -> float:
         """Wait until the loop stands and the page says where, and return that time."""
@@ -122,7 +122,7 @@ def test_a_run_is_watched_steered_and_stopped_from_the_page(page: LivePage, tmp_
 
     page.type("x", PUSHED)
     page.click("Gains")
-    page.type("alpha [1/s]", ALPHA)
+    page.type("alpha [1/s]", ALPHA, Keys.TAB)
     page.click("Go on")
     until(lambda: page.t > stood + 0.1)
     picture(page.browser, _shots(tmp_path) / "live.png")
@@ -132,9 +132,10 @@ def test_a_run_is_watched_steered_and_stopped_from_the_page(page: LivePage, tmp_
     page.thread.join(timeout=30.0)
     assert page.outcome is not None
     assert page.outcome.ending is Ending.INTERRUPTED
-    told = " ".join(page.outcome.changes)
-    assert f"push ({PUSHED:g}, 0, 0) N" in told
-    assert f"gain alpha: {ALPHA:g}" in told
+    told = [change.partition(" s: ")[2] for change in page.outcome.changes]
+    # nothing of what stood there while it was typed: 3 N, an alpha of 7
+    assert [change for change in told if "push" in change] == [f"push ({PUSHED:g}, 0, 0) N at BODY"]
+    assert [change for change in told if "alpha" in change] == [f"gain alpha: {ALPHA:g}"]
     _check_log(page, stood)
     page.bridge.finish(page.folder)
     until(lambda: page.browser.find_elements(By.XPATH, "//*[text()='Play']"))

@@ -108,9 +108,9 @@ def test_a_page_that_does_not_answer_is_not_waited_for_and_one_that_left_is_told
 
 def test_controls_are_hidden_with_their_rooms(server: ViewerServer) -> None:
     panels = Panels(server.viser.gui)
-    early = panels.room()
+    early = panels.group()
     panels.set_visible(False)
-    late = panels.room()
+    late = panels.group()
     assert (early.visible, late.visible) == (False, False)
     panels.set_visible(True)
     assert (early.visible, late.visible) == (True, True)

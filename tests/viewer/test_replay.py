@@ -77,7 +77,7 @@ def test_the_table_names_every_task_and_judges_it(replay: Replay) -> None:
 
 def test_plots_and_trails_come_by_themselves(replay: Replay) -> None:
     until(lambda: all(slot._chart is not None for slot in replay.plots.slots))
-    t, points = replay.display.trails._way
+    t, points = replay.display.trails._path
     assert t[-1] > 0.85
     kin = KinematicsEvaluator(tray_places().robot)
     at = kin.at(replay.log.at(t[7]).values["q"], np.zeros(tray_places().robot.nv))

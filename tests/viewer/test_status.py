@@ -13,7 +13,7 @@ pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.
 from equipoise.analysis.report.modes import modes_sentence, status_sentence
 from equipoise.control import Mode
 from equipoise.runlog import Channel, Run, RunWriter, load_run
-from equipoise.simulation.robot_interface import MODE_CODES
+from equipoise.simulation.recorder import MODE_CODES
 from equipoise.viewer.layer import Moment
 from equipoise.viewer.status_line import status_html
 

@@ -20,7 +20,7 @@ PUSH = np.array([40.0, -25.0, 10.0])
 def run(folder: Path, script: Script | None, ticks: int = 40) -> tuple[Run, RunOutcome, Simulation]:
     made = simulation(ticks * 1e-3)
     if script is not None:
-        made.steer(script)
+        made.operate(script)
     outcome = run_simulation(made, folder)
     return load_run(folder), outcome, made
 
@@ -30,7 +30,7 @@ def free(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return run(tmp_path_factory.mktemp("free") / "run", None)[0]
 
 
-def test_without_wishes_nothing_changes(free: Run, tmp_path: Path) -> None:
+def test_without_requests_nothing_changes(free: Run, tmp_path: Path) -> None:
     steered, outcome, _ = run(tmp_path / "run", Script({}))
     for name in free:
         assert np.array_equal(steered[name], free[name]), name
@@ -91,7 +91,7 @@ def test_gains_change_for_the_law_and_in_the_log(free: Run, tmp_path: Path) -> N
     assert np.array_equal(steered["tau"][:15], free["tau"][:15])
     assert not np.allclose(steered["tau"][15], free["tau"][15])
     assert len(outcome.changes) == 6
-    assert made.controller.posture.alpha == made.controller.gains.alpha == shown["alpha"][0]
+    assert made.controller.law.posture.alpha == made.controller.law.gains.alpha == shown["alpha"][0]
 
 
 @pytest.mark.parametrize(

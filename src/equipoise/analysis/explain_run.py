@@ -20,8 +20,7 @@ from equipoise.hqp import (
     make_solver,
     save_problem,
 )
-from equipoise.kinematics import KinematicsEvaluator
-from equipoise.motion import Fading
+from equipoise.motion import MotionGenerator
 from equipoise.runlog import Run, load_run
 from equipoise.scenarios.read import parse_scenario
 from equipoise.simulation.build.fades import build_fades
@@ -38,57 +37,60 @@ AGREES = 1e-4  # [m/s, rad/s] how far the rebuilt velocity may be from the logge
 class RebuiltTick:
     """One tick of a run, solved again.
 
-    `t` [s] is the time of the tick; `words` [m] are how rows are called; `difference` [m/s, rad/s]
-    is the largest between the rebuilt and the logged reference velocity. `fading` are the tasks on
-    a ramp with their weights; the solution is that of the hierarchy with all of them.
+    `t` [s] is the time of the tick; `row_names` [m] are how rows are called; `difference`
+    [m/s, rad/s] is the largest between the rebuilt and the logged reference velocity. `fading` are
+    the tasks on a ramp with their weights; the solution is that of the hierarchy with all of them.
     """
 
     t: float
     hierarchy: Hierarchy
     solution: Solution
-    words: tuple[RowDescription, ...]
+    row_names: tuple[RowDescription, ...]
     difference: float
     fading: dict[str, float]
 
     def explain(self, tasks: tuple[str, ...] = ()) -> Explanation:
         """Say which tasks (or which of `tasks`) were short at this tick, and why."""
-        return explain(self.hierarchy, self.solution.v, self.words, tasks=tasks)
+        return explain(self.hierarchy, self.solution.v, self.row_names, tasks=tasks)
 
 
-def rebuild_tick(place: Path | str, t: float) -> RebuiltTick:
+def rebuild_tick(run_path: Path | str, t: float) -> RebuiltTick:
     """Rebuild the hierarchy of the tick of a run that is nearest to time `t` [s], and solve it.
 
     Raises: RunLogError if the run cannot be read; InputError for a time outside of it, or if what
     is rebuilt is not what was logged.
     """
-    run = _load_around(place, t)
+    run = _load_around(run_path, t)
     scenario = parse_scenario(run.scenario_text)
     setup = build_setup(scenario)
     levels = build_levels(scenario, setup)
     k = run.at(t)
     time = float(run.t[k])
     v_before = run["v_ref"][k - 1] if k > 0 else np.zeros(setup.robot.nv)
-    kin = KinematicsEvaluator(setup.robot).at(run["q_ref"][k], v_before, time)
     fades = build_fades(scenario)
-    fading = Fading(levels, fades, partial(make_solver, scenario.control.solver))
-    parts = fading.parts(kin, time)
-    hierarchy, solution = parts[0].hierarchy, parts[0].solution
-    v = sum((part.share * part.solution.v for part in parts), np.zeros(hierarchy.n))
-    difference = float(np.abs(v - run["v_ref"][k]).max())
+    motion = MotionGenerator(
+        setup.robot, levels, partial(make_solver, scenario.control.solver), scenario.control.period,
+        run["q_ref"][k], fades=fades, t_start=time,
+    )  # fmt: skip
+    motion.reset(run["q_ref"][k], v_before)
+    step = motion.step(time)
+    hierarchy, solution = step.parts[0].hierarchy, step.parts[0].solution
+    difference = float(np.abs(step.v_ref - run["v_ref"][k]).max())
     if not difference <= AGREES:
         raise InputError(
             f"The tick at {time:g} s, rebuilt, does not give the velocity that was logged: they "
             f"are {difference:.2g} rad/s or m/s apart",
-            given=str(place),
+            given=str(run_path),
             remedy="Explain the run with the version of Equipoise, and the robot, that made it",
         )
-    words = describe_rows([task for level in levels for task in level], hierarchy)
-    fading_now = {name: w for name, w in fading.weights(time).items() if 0.0 < w < 1.0}
-    return RebuiltTick(time, hierarchy, solution, words, difference, fading_now)
+    row_names = describe_rows([task for level in levels for task in level], hierarchy)
+    weights = {name: fade.weight(time) for name, fade in fades.items()}
+    fading_now = {name: w for name, w in weights.items() if 0.0 < w < 1.0}
+    return RebuiltTick(time, hierarchy, solution, row_names, difference, fading_now)
 
 
 def explain_tick(
-    place: Path | str,
+    run_path: Path | str,
     t: float | None,
     tasks: Sequence[str] = (),
     *,
@@ -100,13 +102,13 @@ def explain_tick(
     Raises: as `rebuild_tick`; InputError without a time; NameNotFoundError for an unknown task.
     """
     if t is None:
-        raise InputError("A run has many ticks", given=str(place), remedy="Say which: --at T")
-    tick = rebuild_tick(place, t)
+        raise InputError("A run has many ticks", given=str(run_path), remedy="Say which: --at T")
+    tick = rebuild_tick(run_path, t)
     said = tick.explain(tuple(tasks))
     lines = [f"t = {tick.t:g} s", *_about_fading(tick), said.details() if details else str(said)]
     if save is not None:
-        note = f"{place}, t = {tick.t:g} s"
-        save_problem(save, tick.hierarchy, words=tick.words, note=note)
+        note = f"{run_path}, t = {tick.t:g} s"
+        save_problem(save, tick.hierarchy, words=tick.row_names, note=note)
         lines.append(f"Written to {save}")
     return lines
 
@@ -136,15 +138,15 @@ def _about_fading(tick: RebuiltTick) -> list[str]:
     )
 
 
-def _load_around(place: Path | str, t: float) -> Run:
+def _load_around(run_path: Path | str, t: float) -> Run:
     """Return the ticks around `t`, without loading a long log whole."""
     if not np.isfinite(t):
         raise NonFiniteError("A time to explain is a finite number of seconds", given=t)
-    run = load_run(place, start=t - AROUND, stop=t + AROUND)
+    run = load_run(run_path, start=t - AROUND, stop=t + AROUND)
     period = parse_scenario(run.scenario_text).control.period
     if run.t.size and np.abs(run.t - t).min() <= 0.501 * period:
         return run
-    whole = load_run(place)
+    whole = load_run(run_path)
     if not whole.t.size:
         raise RunLogError(f"The run in {whole.folder} has no tick to explain. {whole.note}".strip())
     inside = whole.t[0] <= t <= whole.t[-1] + period

@@ -19,22 +19,22 @@ class JointGroup:
 
     def short_names(self, names: tuple[str, ...]) -> list[str]:
         """Return the joints' names without what all of them share."""
-        own = [names[i] for i in self.joints]
+        mine = [names[i] for i in self.joints]
         cut = 0
-        if len(own) > 1:
-            first, last = min(own), max(own)
+        if len(mine) > 1:
+            first, last = min(mine), max(mine)
             alike = [a == b for a, b in zip(first, last, strict=False)]
             shared = first[: [*alike, False].index(False)]
             cut = shared.rfind("_") + 1
-        return [name[cut:] for name in own]
+        return [name[cut:] for name in mine]
 
 
 def joint_groups_of(robot: Robot | None, names: tuple[str, ...]) -> list[JointGroup]:
-    """Return the joint_groups that the actuated joints `names` make up, legs first.
+    """Return the groups that the actuated joints `names` make up, legs first.
 
-    With a robot, a limb is the way from the trunk to a sole or a palm, with the fingers beyond;
+    With a robot, a limb is the path from the trunk to a sole or a palm, with the fingers beyond;
     the trunk and what else is left (neck, head) is one more. Without, joints whose names begin
-    alike are a limb. A limb of many joints is cut into several.
+    alike are a group. A limb of many joints is cut into several.
     """
     if robot is None or robot.joint_names != names:
         return _cut(_by_beginning(names))
@@ -44,11 +44,11 @@ def joint_groups_of(robot: Robot | None, names: tuple[str, ...]) -> list[JointGr
 def _by_tree(robot: Robot) -> list[JointGroup]:
     ends = [(sole.frame, "leg") for sole in robot.soles]
     ends += [(palm.frame, "arm") for palm in robot.palms]
-    ways = {frame: _way(robot, frame) for frame, _ in ends}
+    paths = {frame: _path(robot, frame) for frame, _ in ends}
     owner: dict[int, str] = {}
-    for frame, way in ways.items():
-        others = {joint for other, w in ways.items() if other != frame for joint in w}
-        owner.update((joint, frame) for joint in way if joint not in others)
+    for frame, path in paths.items():
+        others = {joint for other, taken in paths.items() if other != frame for joint in taken}
+        owner.update((joint, frame) for joint in path if joint not in others)
     for joint in range(2, robot.model.njoints):
         parent = robot.model.parents[joint]
         if joint not in owner and parent in owner:
@@ -61,17 +61,17 @@ def _by_tree(robot: Robot) -> list[JointGroup]:
     if rest:
         legs = sum(kind == "leg" for _, kind in ends)
         joint_groups.insert(legs, JointGroup("Torso and head" if ends else "Joints", rest))
-    return [limb for limb in joint_groups if limb.joints]
+    return [group for group in joint_groups if group.joints]
 
 
-def _way(robot: Robot, frame: str) -> set[int]:
+def _path(robot: Robot, frame: str) -> set[int]:
     """Return the actuated joints between the base and a frame."""
     joint = robot.model.frames[robot.frame_id(frame)].parentJoint
-    way = set()
+    path = set()
     while joint > 1:
-        way.add(joint)
+        path.add(joint)
         joint = robot.model.parents[joint]
-    return way
+    return path
 
 
 def _title(frame: str, kind: str) -> str:
@@ -84,17 +84,17 @@ def _title(frame: str, kind: str) -> str:
 def _by_beginning(names: tuple[str, ...]) -> list[JointGroup]:
     groups: dict[str, list[int]] = {}
     for i, name in enumerate(names):
-        beginning = re.match(r"[A-Za-z]*", name).group()
+        beginning = re.split(r"[^A-Za-z]", name, maxsplit=1)[0]
         groups.setdefault(beginning or "Joints", []).append(i)
     return [JointGroup(title, tuple(joints)) for title, joints in groups.items()]
 
 
 def _cut(joint_groups: list[JointGroup]) -> list[JointGroup]:
     pieces = []
-    for limb in joint_groups:
-        count = -(-len(limb.joints) // _MOST_JOINTS)
-        size = -(-len(limb.joints) // count)
+    for group in joint_groups:
+        count = -(-len(group.joints) // _MOST_JOINTS)
+        size = -(-len(group.joints) // count)
         for k in range(count):
-            title = limb.title if count == 1 else f"{limb.title}, {k + 1} of {count}"
-            pieces.append(JointGroup(title, limb.joints[k * size : (k + 1) * size]))
+            title = group.title if count == 1 else f"{group.title}, {k + 1} of {count}"
+            pieces.append(JointGroup(title, group.joints[k * size : (k + 1) * size]))
     return pieces

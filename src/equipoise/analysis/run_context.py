@@ -10,13 +10,12 @@ import numpy as np
 from equipoise.analysis.joint_groups import JointGroup, joint_groups_of
 from equipoise.contacts import ReactionMargins
 from equipoise.errors import EquipoiseError, RunLogError
+from equipoise.robots.robot import NQ_BASE
 from equipoise.runlog import Run
 from equipoise.scenarios import schema
 from equipoise.scenarios.read import parse_scenario
 from equipoise.simulation.build.setup import Setup, build_setup
-from equipoise.spatial import Array
-
-_BASE_NUMBERS = 7
+from equipoise.spatial import Array, Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +55,7 @@ class RunContext:
         return self._setup
 
     @cached_property
-    def settled(self) -> Array:
+    def settled(self) -> Mask:
         """Which ticks (N,) bool come after `acceptance.after`."""
         return self.run.t >= self.scenario.acceptance.after
 
@@ -99,7 +98,7 @@ class RunContext:
         """Names of the actuated joints, from the log."""
         if "tau" in self.run.channels:
             return self.run.channels["tau"].labels
-        return self.run.channels["q"].labels[_BASE_NUMBERS:] if "q" in self.run.channels else ()
+        return self.run.channels["q"].labels[NQ_BASE:] if "q" in self.run.channels else ()
 
     @property
     def joint_groups(self) -> list[JointGroup]:

@@ -17,15 +17,19 @@ Progress = Callable[[str, float], None]
 
 
 class Contender(Protocol):
-    """Something that is timed; it keeps its own state from tick to tick.
+    """Something that is timed; it keeps its own state from tick to tick."""
 
-    `turn` is the number of ticks that it is given at a time; `failures` counts by name of row,
-    `remarks` are the words of its rows.
-    """
+    @property
+    def turn(self) -> int:
+        """How many ticks it is given at a time."""
 
-    turn: int
-    failures: Mapping[str, int]
-    remarks: Mapping[str, str]
+    @property
+    def failures(self) -> Mapping[str, int]:
+        """How often it failed, by name of row."""
+
+    @property
+    def remarks(self) -> Mapping[str, str]:
+        """The words of its rows."""
 
     def run(self, first: int, count: int) -> Mapping[str, Sequence[int]]:
         """Run ticks `first` to `first + count - 1`; return by name of row the time of each [ns]."""

@@ -13,9 +13,6 @@ import numpy as np
 from equipoise.bench.interleave import Progress
 from equipoise.bench.problem import HANDS, Problem
 from equipoise.bench.unreachable_targets import throw_hands
-from equipoise.control import Measurement, Target
-from equipoise.hqp import make_solver
-from equipoise.motion import MotionGenerator
 
 BLOCKS_MAX = 500  # Python objects more at the end than in the middle
 PAGES_MAX = 1_000_000  # bytes more at the end than in the middle
@@ -47,24 +44,13 @@ def measure_memory(problem: Problem, ticks: int, report: Progress | None = None)
 
     The law is told that the robot does what the reference says; no engine runs.
     """
-    motion = MotionGenerator(
-        problem.robot,
-        throw_hands(problem, HANDS),
-        make_solver("active_set"),
-        problem.dt,
-        problem.q_start,
-    )
-    controller = problem.simulation.controller
-    lam = np.zeros(controller.contacts.size)
-    middle = (0, 0)
+    controller = problem.make_controller(throw_hands(problem, HANDS))
+    lam = np.zeros(problem.simulation.setup.contacts.size)
+    q, v, middle = problem.q_start, np.zeros(problem.robot.nv), (0, 0)
     for k in range(ticks):
         t = k * problem.dt
-        step = motion.step(t)
-        controller.step(
-            t,
-            Measurement(step.q_ref, step.v_ref, lam),
-            Target(step.q_ref, step.v_ref, problem.lam_ref(t)),
-        )
+        command = controller.step(t, q, v, lam[: problem.simulation.setup.schedule.at(t).size])
+        q, v = command.q_ref, command.v_ref
         if k == ticks // 2:
             middle = _now()
         if report is not None and k % 1000 == 0:

@@ -15,6 +15,7 @@ from equipoise.bench.interleave import TURN
 from equipoise.bench.problem import FEET, Problem
 from equipoise.physics.mujoco import MujocoOptions
 from equipoise.physics.mujoco.conversion import StateConversion
+from equipoise.physics.mujoco.names import of_joint
 from equipoise.physics.mujoco.robot_model import add_robot, place
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask
@@ -46,9 +47,10 @@ class MinkPeer:
         posture.set_target(_qpos(problem, model, problem.robot.q_half_sitting))
         self._tasks.append(posture)
         robot = problem.robot
+        joints = [of_joint(name) for name in robot.joint_names]
         self._limits = [
             mink.ConfigurationLimit(model),
-            mink.VelocityLimit(model, dict(zip(robot.joint_names, robot.v_max, strict=True))),
+            mink.VelocityLimit(model, dict(zip(joints, robot.v_max, strict=True))),
         ]
         if collisions:
             self._limits.append(_avoidance(problem, model, names))
@@ -83,7 +85,7 @@ def _model(problem: Problem) -> tuple[Any, dict[str, str]]:
     spec.compiler.degree = False
     bodies = add_robot(mujoco, spec, robot, MujocoOptions())
     for name, task in problem.frame_tasks().items():
-        frame = robot.model.frames[task.frame_id]
+        frame = robot.model.frames[robot.frame_id(task.frame)]
         place(bodies[frame.parentJoint].add_site(name=name), frame.placement)
     scene, names = problem.simulation.setup.scene, {}
     for body in sorted({name for pair in problem.pairs for name in (pair.first, pair.second)}):
@@ -109,7 +111,7 @@ def _shape(body: Any, name: str, geometry: coal.CollisionGeometry) -> Any:
 
 
 def _qpos(problem: Problem, model: Any, q: np.ndarray) -> np.ndarray:
-    joints = [model.joint(name) for name in problem.robot.joint_names]
+    joints = [model.joint(of_joint(name)) for name in problem.robot.joint_names]
     conversion = StateConversion([j.qposadr[0] for j in joints], [j.dofadr[0] for j in joints])
     qpos = np.zeros(model.nq)
     conversion.write_q(q, qpos)

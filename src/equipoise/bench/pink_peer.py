@@ -38,7 +38,7 @@ class PinkPeer:
         self._tasks, self._frames = [], []
         for name, task in problem.frame_tasks().items():
             cost = FEET_COST if name in FEET else HAND_COST
-            frame = model.frames[task.frame_id].name
+            frame = str(task.frame)
             follow = FrameTask(frame, position_cost=cost, orientation_cost=cost)
             self._frames.append((follow, task.target))
             self._tasks.append(follow)
@@ -54,8 +54,7 @@ class PinkPeer:
 
     def place_of(self, task: str) -> Array:
         """Return where the frame of a task is now (3,) [m]."""
-        frame = self.problem.frame_tasks()[task].frame_id
-        name = self.problem.robot.model.frames[frame].name
+        name = str(self.problem.frame_tasks()[task].frame)
         return self._configuration.get_transform_frame_to_world(name).translation
 
     def _tick(self, t: float, dt: float) -> int:

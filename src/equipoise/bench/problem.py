@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from equipoise.collision.scene import Pair
 from equipoise.errors import InputError
 from equipoise.robots import Robot
 from equipoise.scenarios import read_scenario
-from equipoise.scenarios.schema import Scenario
+from equipoise.scenarios.schema import AvoidanceSpec, Scenario
+from equipoise.simulation.build.assemble import control_settings
+from equipoise.simulation.build.forces import wanted_forces
 from equipoise.simulation.build.setup import build_setup
 from equipoise.simulation.simulation import Simulation
 from equipoise.spatial import Array
-from equipoise.tasks import FramePoseTask, Task
+from equipoise.tasks import AvoidanceTask, FramePoseTask, Task
+from equipoise.wbc import WholeBodyController
 
 PAIRS = 8
 HANDS, FEET = ("left_hand", "right_hand"), ("left_foot", "right_foot")
@@ -32,6 +34,7 @@ class Problem:
     simulation: Simulation
     levels: tuple[tuple[Task, ...], ...]
     pairs: tuple[Pair, ...]
+    all_pairs: tuple[Pair, ...]
 
     @property
     def robot(self) -> Robot:
@@ -46,22 +49,45 @@ class Problem:
     @property
     def q_start(self) -> Array:
         """The posture (nq,) at time 0."""
-        return self.simulation.q_start
+        return self.simulation.assembly.q_start
 
     @property
     def ticks(self) -> int:
         """The number of ticks of the scenario."""
         return self.simulation.steps
 
+    def levels_with(self, pairs: Sequence[Pair]) -> tuple[tuple[Task, ...], ...]:
+        """Return the levels with other pairs kept apart."""
+
+        def changed(task: Task) -> Task:
+            if not isinstance(task, AvoidanceTask):
+                return task
+            return AvoidanceTask(
+                task.name, task.scene, pairs,
+                influence=task.influence, security=task.security, damping=task.damping,
+            )  # fmt: skip
+
+        return tuple(tuple(changed(task) for task in level) for level in self.levels)
+
     def frame_tasks(self) -> dict[str, FramePoseTask]:
         """Return the tasks of hands and feet by name: what every peer is asked to follow."""
-        found = {task.name: task for level in self.levels for task in level}
+        tasks = [task for level in self.levels for task in level]
+        found = {task.name: task for task in tasks if isinstance(task, FramePoseTask)}
         return {name: found[name] for name in (*FEET, *HANDS)}
 
-    def lam_ref(self, t: float) -> Array:
-        """Return the wanted forces of the regulated rows at time `t` [s]."""
-        held, wanted = self.simulation.setup.schedule.at(t).contacts, self.simulation.wanted_forces
-        return np.array([force(t) for contact in held for force in wanted[contact.name]])
+    def make_controller(
+        self, levels: Sequence[Sequence[Task]] | None = None
+    ) -> WholeBodyController:
+        """Return the whole controller on the tasks of the bench, or on other `levels`."""
+        scenario, assembly = self.simulation.scenario, self.simulation.assembly
+        return WholeBodyController(
+            self.robot,
+            self.levels if levels is None else levels,
+            self.simulation.setup.schedule,
+            control_settings(scenario, assembly.advice),
+            self.q_start,
+            wanted_forces=wanted_forces(scenario),
+        )
 
 
 def make_problem(robot: str) -> Problem:
@@ -69,7 +95,8 @@ def make_problem(robot: str) -> Problem:
 
     Raises: `NameNotFoundError`, `ScenarioError`, `RobotFileError`.
     """
-    pairs = _single_pairs(read_scenario("tray", robot=robot))
+    whole = read_scenario("tray", robot=robot)
+    pairs = _single_pairs(whole)
     chosen = ", ".join(f"['{first}', '{second}']" for first, second in pairs)
     simulation = Simulation(
         read_scenario("tray", [f"tasks.obstacles.pairs=[{chosen}]"], robot=robot)
@@ -78,8 +105,19 @@ def make_problem(robot: str) -> Problem:
     levels = ((*contacts, *feet_and_com), *(tuple(level) for level in others))
     scene = simulation.setup.scene
     return Problem(
-        simulation.robot.name, simulation, levels, tuple(scene.pair(*pair) for pair in pairs)
+        simulation.robot.name,
+        simulation,
+        levels,
+        tuple(scene.pair(*pair) for pair in pairs),
+        tuple(scene.pair(*pair) for pair in _pairs_of(whole)),
     )
+
+
+def _pairs_of(scenario: Scenario) -> list[tuple[str, str]]:
+    """Return the pairs that the scenario keeps apart."""
+    obstacles = scenario.tasks["obstacles"]
+    assert isinstance(obstacles, AvoidanceSpec)
+    return [(first, second) for first, second in obstacles.pairs]
 
 
 def _single_pairs(scenario: Scenario) -> list[tuple[str, str]]:
@@ -87,7 +125,7 @@ def _single_pairs(scenario: Scenario) -> list[tuple[str, str]]:
     scene = build_setup(scenario).scene
     single = [
         (first, second)
-        for first, second in scenario.tasks["obstacles"].pairs
+        for first, second in _pairs_of(scenario)
         if len(scene.shapes_of(first)) == len(scene.shapes_of(second)) == 1
     ]
     if len(single) < PAIRS:

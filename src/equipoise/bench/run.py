@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from equipoise.bench.equipoise_contenders import DaqpBeside, HardCase, OwnTick
+from equipoise.bench.equipoise_contenders import DaqpBeside, HardCase, OwnParts, OwnTick, variants
 from equipoise.bench.interleave import Contender, Progress, interleave
 from equipoise.bench.peers import check_pythons, make_peers
 from equipoise.bench.problem import make_problem
@@ -34,6 +34,8 @@ def run_bench(
         count = problem.ticks if ticks is None else min(ticks, problem.ticks)
         contenders: list[Contender] = [
             OwnTick(problem),
+            OwnParts(problem),
+            *variants(problem),
             DaqpBeside(problem, "tray"),
             HardCase(problem),
             DaqpBeside(problem, "hard"),

@@ -11,19 +11,18 @@ from equipoise.bench.interleave import TURN, Contender, Progress, interleave
 from equipoise.bench.problem import Problem, make_problem
 from equipoise.bench.rows import Row
 from equipoise.contacts import ContactStack, SoleContact
-from equipoise.control import Measurement, PassivityController, Target
+from equipoise.control import Measurement, PassivityController, Reference
 from equipoise.hqp import Hierarchy, Rows, make_solver
-from equipoise.kinematics import KinematicsEvaluator
 from equipoise.motion import MotionGenerator
 from equipoise.robots import Robot, Sole, get_robot, named_robots
 from equipoise.tasks import (
     AvoidanceTask,
-    FixedPose,
     FramePoseTask,
     JointLimitsTask,
     PostureTask,
     Task,
 )
+from equipoise.trajectories import FixedPose
 
 DT = 0.001
 ROWS = (50, 100, 200, 400, 800)
@@ -73,19 +72,17 @@ def _motion(robot: Robot, levels: Sequence[Sequence[Task]], q: np.ndarray) -> Ca
 
 def _held(robot: Robot, frames: Sequence[str]) -> list[Task]:
     q = robot.q_half_sitting
-    kin = KinematicsEvaluator(robot).at(q, np.zeros(robot.nv))
-    ids = [robot.frame_id(frame) for frame in frames]
-    targets = [FixedPose(kin.placement(i)) for i in ids]
-    return [FramePoseTask(*of) for of in zip(frames, ids, targets, strict=True)]
+    kin = robot.at(q)
+    return [FramePoseTask(frame, frame, FixedPose(kin.placement(frame))) for frame in frames]
 
 
 def _posture(robot: Robot) -> Task:
-    return PostureTask("posture", robot, robot.q_half_sitting[7:])
+    return PostureTask("posture", robot, robot.q_half_sitting[robot.nq_base :])
 
 
 def _dof() -> list[Contender]:
     """Motion of every robot that is installed: feet; hands and limits; posture."""
-    table = []
+    table: list[Contender] = []
     for name, known in named_robots().items():
         if known.missing:
             continue
@@ -108,7 +105,7 @@ def _eight(robot: Robot) -> list[Task]:
 def _tasks() -> list[Contender]:
     """Motion with 1 to 8 frame tasks on one level, the posture below."""
     robot = get_robot("hrp2")
-    table = []
+    table: list[Contender] = []
     for count in (1, 2, 4, 8):
         levels = [_eight(robot)[:count], [_posture(robot)]]
         table.append(
@@ -120,7 +117,7 @@ def _tasks() -> list[Contender]:
 def _levels() -> list[Contender]:
     """Motion with eight frame tasks on 1 to 8 levels, the posture below."""
     robot = get_robot("hrp2")
-    table = []
+    table: list[Contender] = []
     for count in (1, 2, 4, 8):
         tasks, each = _eight(robot), 8 // count
         levels = [tasks[i * each : (i + 1) * each] for i in range(count)]
@@ -132,34 +129,35 @@ def _levels() -> list[Contender]:
 def _contacts(problem: Problem) -> list[Contender]:
     """The law with 1 to 4 flat contacts of six rows: soles, then palms."""
     robot, q = problem.robot, problem.q_start
-    kin = KinematicsEvaluator(robot).at(q, np.zeros(robot.nv))
+    kin = robot.at(q)
     soles = list(robot.soles) + [
         Sole(palm.name, palm.frame, -0.02, 0.02, -0.02, 0.02) for palm in robot.palms
     ]
     flat = [SoleContact.standing(sole, kin, supporting=i < 2) for i, sole in enumerate(soles)]
-    gains = problem.simulation.controller.gains
-    table = []
+    gains = problem.simulation.controller.settings.gains
+    table: list[Contender] = []
     for count in range(1, len(flat) + 1):
         stack = ContactStack(flat[:count])
         law = PassivityController(robot, stack, gains, DT)
         still = np.zeros(robot.nv)
         measured = Measurement(q, still, np.zeros(stack.size))
-        target = Target(q, still, np.zeros(stack.regulated_rows.size))
-        table.append(Repeated(f"growth/contacts/{count}", _stepping(law, measured, target)))
+        reference = Reference(q, still, np.zeros(stack.regulated_rows.size))
+        table.append(Repeated(f"growth/contacts/{count}", _stepping(law, measured, reference)))
     return table
 
 
 def _stepping(
-    law: PassivityController, measured: Measurement, target: Target
+    law: PassivityController, measured: Measurement, reference: Reference
 ) -> Callable[[], object]:
-    return lambda: law.step(0.0, measured, target)
+    return lambda: law.step(0.0, measured, reference)
 
 
 def _pairs(problem: Problem) -> list[Contender]:
     """Motion with hands, limits and 0 to all pairs of the tray that were chosen."""
     robot = problem.robot
     avoidance = next(t for lv in problem.levels for t in lv if isinstance(t, AvoidanceTask))
-    scene, table = problem.simulation.setup.scene, []
+    scene = problem.simulation.setup.scene
+    table: list[Contender] = []
     others = [[t for t in level if t is not avoidance] for level in problem.levels]
     for count in (0, 2, 4, 8):
         task = AvoidanceTask(
@@ -181,7 +179,7 @@ def _rows() -> list[Contender]:
     fixed = rng.normal(size=(EQUALITIES, UNKNOWNS))
     wanted = rng.normal(size=EQUALITIES)
     slack = rng.normal(size=(max(ROWS), UNKNOWNS))
-    table = []
+    table: list[Contender] = []
     for count in ROWS:
         far = np.full(count, 1e3)
         inner = Rows("inner", "1", _labels(count), slack[:count], -far, far)
@@ -195,7 +193,7 @@ def _rows() -> list[Contender]:
 def _unknowns() -> list[Contender]:
     """The hierarchy alone with 16 to 128 unknowns: a third fixed, all bounded, all drawn to 0."""
     rng = np.random.default_rng(6)
-    table = []
+    table: list[Contender] = []
     for n in SIZES:
         wanted, one, zero = rng.normal(size=n // 3), np.ones(n), np.zeros(n)
         first = Rows("first", "1", _labels(n // 3), rng.normal(size=(n // 3, n)), wanted, wanted)

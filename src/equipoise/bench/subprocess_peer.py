@@ -73,6 +73,7 @@ class ApartPeer:
 
     def _answer(self) -> dict[str, Any]:
         """Return the worker's next answer; what its library prints besides is passed over."""
+        assert self._process.stdout is not None
         for line in self._process.stdout:
             if line.startswith("{"):
                 return json.loads(line)
@@ -95,11 +96,11 @@ def write_task(problem: Problem, place: Path, ticks: int) -> None:
     _write_plain_urdf(robot.urdf_path, robot.joint_names, place / "robot.urdf")
     links, targets = {}, {}
     for name, task in problem.frame_tasks().items():
-        link, T_frame_link = _link_of(robot.model, task.frame_id)
+        link, T_frame_link = _link_of(robot.model, robot.frame_id(task.frame))
         links[name] = link
         poses = [task.target.at(k * problem.dt).T_world_target * T_frame_link for k in range(ticks)]
         targets[name] = np.array([T.homogeneous for T in poses])
-    np.savez(place / "targets.npz", **targets)
+    np.savez(place / "targets.npz", **targets)  # type: ignore[arg-type]  # none is `allow_pickle`
     described = {
         "urdf": str(place / "robot.urdf"),
         "dt": problem.dt,
@@ -129,8 +130,8 @@ def _corners(problem: Problem) -> dict[str, list[list[float]]]:
     found = {}
     tasks = problem.frame_tasks()
     for foot in FEET:
-        _, T_frame_link = _link_of(problem.robot.model, tasks[foot].frame_id)
-        frame = problem.robot.model.frames[tasks[foot].frame_id].name
+        frame = tasks[foot].frame
+        _, T_frame_link = _link_of(problem.robot.model, problem.robot.frame_id(frame))
         sole = next(sole for sole in problem.robot.soles if sole.frame == frame)
         found[foot] = [T_frame_link.actInv(corner).tolist() for corner in sole.corners]
     return found

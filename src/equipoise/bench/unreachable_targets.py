@@ -11,7 +11,8 @@ import pinocchio as pin
 from equipoise.bench.problem import Problem
 from equipoise.robots.measures import measure
 from equipoise.spatial import Array
-from equipoise.tasks import FramePoseTask, PoseSample, PoseTrajectory, Task
+from equipoise.tasks import FramePoseTask, Task
+from equipoise.trajectories import PoseSample, PoseTrajectory
 
 TOO_FAR = 0.5  # [m] beyond the reach of the arms
 EVERY = 10  # ticks
@@ -19,15 +20,15 @@ EVERY = 10  # ticks
 
 @dataclass(frozen=True)
 class ThrownTrajectory(PoseTrajectory):
-    """A way that jumps by one of `jumps` (k, 3) [m] every `every` [s], one after the other."""
+    """A path that jumps by one of `jumps` (k, 3) [m] every `every` [s], one after the other."""
 
-    way: PoseTrajectory
+    path: PoseTrajectory
     jumps: Array
     every: float
 
     def at(self, t: float) -> PoseSample:
-        """Return the pose that was jumped to, and the rate of the way."""
-        sample = self.way.at(t)
+        """Return the pose that was jumped to, and the rate of the path."""
+        sample = self.path.at(t)
         jump = self.jumps[int(t / self.every + 1e-9) % len(self.jumps)]
         T = sample.T_world_target
         return PoseSample(pin.SE3(T.rotation, T.translation + jump), sample.twist_world)
@@ -43,7 +44,7 @@ def throw_hands(problem: Problem, hands: Sequence[str]) -> tuple[tuple[Task, ...
         if task.name not in hands or not isinstance(task, FramePoseTask):
             return task
         target = ThrownTrajectory(task.target, jumps, every)
-        return FramePoseTask(task.name, task.frame_id, target, rate=task.rate)
+        return FramePoseTask(task.name, task.frame, target, rate=task.rate)
 
     return tuple(tuple(changed(task) for task in level) for level in problem.levels)
 
@@ -51,7 +52,7 @@ def throw_hands(problem: Problem, hands: Sequence[str]) -> tuple[tuple[Task, ...
 def _jumps(problem: Problem, middle: Array) -> Array:
     """Return the jumps (k, 3): ahead, up, down and to either side, beyond the stretched arms."""
     sizes = measure(problem.robot)
-    ways = np.array([[1, 0, 0], [1, 1, 0], [1, 0, 1], [1, -1, 0], [1, 0, -1]], dtype=float)
-    ways /= np.linalg.norm(ways, axis=1)[:, None]
-    far = sizes.p_world_shoulders + (sizes.reach + TOO_FAR) * ways
+    directions = np.array([[1, 0, 0], [1, 1, 0], [1, 0, 1], [1, -1, 0], [1, 0, -1]], dtype=float)
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    far = sizes.p_world_shoulders + (sizes.reach + TOO_FAR) * directions
     return far - middle

@@ -29,12 +29,12 @@ def scratch_matrix(rows: int, columns: int) -> np.ndarray:
 
 
 @type_callable(scratch)
-def _type_of_scratch(typing_context: Any) -> Callable:
+def _type_of_scratch(typing_context: Any) -> Callable[..., types.Array]:
     return lambda size: types.Array(types.float64, 1, "C")
 
 
 @type_callable(scratch_matrix)
-def _type_of_scratch_matrix(typing_context: Any) -> Callable:
+def _type_of_scratch_matrix(typing_context: Any) -> Callable[..., types.Array]:
     return lambda rows, columns: types.Array(types.float64, 2, "C")
 
 

@@ -1,6 +1,6 @@
 """Contacts as holonomic constraints: kinds, their stack, support polygon, possible reactions."""
 
-from equipoise.contacts.base import CompiledContact, Contact
+from equipoise.contacts.base import Contact, KernelContact
 from equipoise.contacts.grasp import GraspContact
 from equipoise.contacts.moving import (
     MotionSample,
@@ -9,7 +9,6 @@ from equipoise.contacts.moving import (
     SurfaceMotion,
 )
 from equipoise.contacts.point import PointContact
-from equipoise.contacts.rows import ContactRows
 from equipoise.contacts.schedule import ContactSchedule
 from equipoise.contacts.sole import SoleContact
 from equipoise.contacts.stack import ContactStack, Factor, StackedContacts
@@ -18,13 +17,12 @@ from equipoise.contacts.surface import SurfaceContact
 from equipoise.contacts.wrench_cone import ReactionMargins, margins_of, outline, reaction_margins
 
 __all__ = [
-    "CompiledContact",
     "Contact",
-    "ContactRows",
     "ContactSchedule",
     "ContactStack",
     "Factor",
     "GraspContact",
+    "KernelContact",
     "MotionSample",
     "MovingSurfaceContact",
     "PointContact",

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from equipoise.contacts.rows import ContactRows
+from equipoise.compiled.workspace import Workspace
+from equipoise.contacts.view import GIVEN, NUMBERS
 from equipoise.errors import NameNotFoundError
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
 
 WRENCH_LABELS = ("fx", "fy", "fz", "mx", "my", "mz")
 WRENCH_UNITS = ("N", "N", "N", "N m", "N m", "N m")
+ORIGIN = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,7 @@ class Contact(ABC):
     name: str
     supporting: bool = False
     regulated: tuple[str, ...] = ()
+    kind: ClassVar[int] = GIVEN
 
     def __post_init__(self) -> None:
         for label in self.regulated:
@@ -61,15 +66,6 @@ class Contact(ABC):
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (k,), with `d phi / dt = J v - rate` where `phi` is small."""
 
-    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
-        """Write this contact's rows from row `at` on; its drift only if asked for."""
-        here = slice(at, at + self.size)
-        rows.J[here] = self.jacobian(kin)
-        rows.rate[here] = self.rate(kin)
-        rows.residual[here] = self.residual(kin)
-        if drift:
-            rows.drift[here] = self.drift(kin)
-
     @property
     def normal_row(self) -> int | None:
         """Number of the row whose multiplier is the compression [N], if there is one."""
@@ -89,56 +85,63 @@ class Contact(ABC):
         return len(self.labels)
 
 
-class RowsContact(Contact):
-    """A contact that writes its rows in place by `fill`, from which comes what is asked singly."""
+@dataclass(frozen=True)
+class KernelContact(Contact):
+    """A contact whose rows come from kernels, `kind` telling `program` which.
 
+    It says of which two `frames` (the same twice where it has only one), and its `numbers`.
+    `alone` calls its kernels for one contact, made by `alone_of`.
+    """
+
+    alone: ClassVar[Callable[..., None]]
+
+    @property
     @abstractmethod
-    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
-        """Write this contact's rows from row `at` on; its drift only if asked for."""
+    def frames(self) -> tuple[str | int, str | int]:
+        """Names or ids of the frames that are held."""
+
+    @property
+    @abstractmethod
+    def numbers(self) -> Array:
+        """The constants that its kernels need, at most `NUMBERS`."""
+
+    @property
+    def surface_kind(self) -> int:
+        """Which surface it slides on, as kernels know it; zero for none."""
+        return 0
+
+    def place(self, t: float) -> Array:
+        """Return where its surface is and how it moves at time `t` [s] (24,); zeros without one."""
+        return np.zeros(24)
+
+    def sample(self, kin: Kinematics) -> Array:
+        """Return value, gradient and Hessian (13,) of a surface of one's own at the contact."""
+        return np.zeros(13)
 
     def jacobian(self, kin: Kinematics) -> Array:
         """Return `J` (k, nv)."""
-        return self._alone(kin).J
+        return self._alone(kin)[0]
 
     def rate(self, kin: Kinematics) -> Array:
         """Return `nu_c` (k,)."""
-        return self._alone(kin).rate
+        return self._alone(kin)[1][1]
 
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (k,)."""
-        return self._alone(kin).residual
+        return self._alone(kin)[1][0]
 
     def drift(self, kin: Kinematics) -> Array:
         """Return `dJ/dt v - d rate/dt` (k,)."""
-        return self._alone(kin, drift=True).drift
+        return self._alone(kin)[1][2]
 
-    def _alone(self, kin: Kinematics, drift: bool = False) -> ContactRows:
-        rows = ContactRows.of_size(self.size, kin.robot.nv)
-        self.fill(kin, rows, 0, drift=drift)
-        return rows
-
-
-class CompiledContact(RowsContact):
-    """A contact whose rows come from a kernel, together with those of others (`ContactProgram`).
-
-    It says which `kernel`, of which two `frames` (the same twice where it has only one), and what
-    it keeps, twelve numbers `kept` as a rule a pose row. It does not move by itself.
-    """
-
-    kernel: str
-
-    @property
-    @abstractmethod
-    def frames(self) -> tuple[int, int]:
-        """Ids of the frames that are held."""
-
-    @property
-    @abstractmethod
-    def kept(self) -> Array:
-        """What is kept (12,)."""
-
-    def fill(self, kin: Kinematics, rows: ContactRows, at: int, *, drift: bool = False) -> None:
-        """Write this contact's rows from row `at` on; its drift only if asked for."""
-        from equipoise.contacts.program import ContactProgram  # it knows all kinds of contacts
-
-        ContactProgram([self], [at]).fill(kin, rows, drift=drift)
+    def _alone(self, kin: Kinematics) -> tuple[Array, Array]:
+        """Return `J` (k, nv), and residual, rate and drift (3, k)."""
+        workspace: Workspace = kin.with_frames(self.frames)
+        J, others = np.zeros((self.size, kin.robot.nv)), np.zeros((3, self.size))
+        numbers = np.zeros(NUMBERS)
+        numbers[: len(self.numbers)] = self.numbers
+        type(self).alone(
+            workspace.floats, workspace.integers, workspace.tables, numbers, self.place(kin.t),
+            self.sample(kin), self.surface_kind, J, others,
+        )  # fmt: skip
+        return J, others

@@ -8,12 +8,10 @@ from equipoise.errors import InputError
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
 
-ORIGIN = (0.0, 0.0, 0.0)
 
-
-def point_position(kin: Kinematics, frame_id: int, offset: tuple[float, float, float]) -> Array:
+def point_position(kin: Kinematics, frame: str | int, offset: tuple[float, float, float]) -> Array:
     """Return the position (3,) [m] in the world of the point at `offset` [m] of a frame."""
-    T_world_frame = kin.placement(frame_id)
+    T_world_frame = kin.placement(frame)
     return T_world_frame.translation + T_world_frame.rotation @ np.asarray(offset)
 
 

@@ -11,13 +11,12 @@ import math
 
 import numpy as np
 
-from equipoise.compiled.compilation import compiled, entrance, inlined
-from equipoise.compiled.scratch import scratch, scratch_matrix
+from equipoise.compiled import compiled, entrance, inlined, scratch, scratch_matrix
 
 column = np.uint64  # the compiler makes better loops of unsigned columns
 
 
-@entrance
+@compiled
 def factorise(
     J: np.ndarray, L: np.ndarray, reflectors: np.ndarray, pivots: np.ndarray, tolerance: float
 ) -> int:
@@ -83,7 +82,7 @@ def reflect(reflectors: np.ndarray, k: int, x: np.ndarray, i: int) -> None:
         x[i, c] -= along * reflectors[k, c]
 
 
-@entrance
+@compiled
 def project(reflectors: np.ndarray, rank: int, x: np.ndarray, out: np.ndarray) -> None:
     """Write `x - Q1 Q1^T x` to `out`."""
     row = out.reshape(1, -1)
@@ -97,7 +96,7 @@ def project(reflectors: np.ndarray, rank: int, x: np.ndarray, out: np.ndarray) -
         reflect(reflectors, k, row, 0)
 
 
-@entrance
+@compiled
 def lift(
     L: np.ndarray,
     reflectors: np.ndarray,
@@ -158,3 +157,26 @@ def least_squares(M: np.ndarray, y: np.ndarray) -> None:
         for c in range(k + 1, n):
             y[k] -= M[k, c] * y[c]
         y[k] /= M[k, k]
+
+
+@entrance
+def factorise_alone(
+    J: np.ndarray, L: np.ndarray, reflectors: np.ndarray, pivots: np.ndarray, tolerance: float
+) -> int:
+    """Factorise J, called from Python."""
+    return factorise(J, L, reflectors, pivots, tolerance)
+
+
+@entrance
+def project_alone(reflectors: np.ndarray, rank: int, x: np.ndarray, out: np.ndarray) -> None:
+    """Project x, called from Python."""
+    project(reflectors, rank, x, out)
+
+
+@entrance
+def lift_alone(
+    L: np.ndarray, reflectors: np.ndarray, pivots: np.ndarray, rank: int, y: np.ndarray,
+    out: np.ndarray,
+) -> None:  # fmt: skip
+    """Lift y, called from Python."""
+    lift(L, reflectors, pivots, rank, y, out)

@@ -7,17 +7,114 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.compiled.compilation import compiled
-from equipoise.compiled.scratch import scratch, scratch_matrix
-from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
+from equipoise.compiled import compiled, scratch
+from equipoise.compiled.workspace import integers, matrix
+from equipoise.contacts.alone import alone_of
+from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, KernelContact
+from equipoise.contacts.view import GRASP, ContactView, frame_of, joint_of
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import frame_motion
+from equipoise.kinematics.kernels import (
+    ACCELERATIONS,
+    COLUMNS,
+    VELOCITIES,
+    acceleration_at,
+    velocity_at,
+)
+from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
 
 
+@compiled
+def grasp_rows(c: ContactView) -> None:
+    """Write the twist of b as seen from a, and how far b is from its place in a.
+
+    Both bodies are looked at in the origin of b, so that what moves both of them drops out.
+    """
+    T_a, T_b = frame_of(c.tree, c.state, c.first), frame_of(c.tree, c.state, c.second)
+    held, phi, own = c.numbers, c.residual, c.own
+    joint_a, joint_b = joint_of(c.tree, c.first), joint_of(c.tree, c.second)
+    chain, first = integers(c.tree, CHAIN), integers(c.tree, CHAIN_FIRST)
+    count = integers(c.tree, CHAIN_COUNT)
+    for k in range(first[joint_a], first[joint_a] + count[joint_a]):
+        for i in range(6):
+            c.J[c.at + i, chain[k]] = 0.0
+    for k in range(first[joint_b], first[joint_b] + count[joint_b]):
+        for i in range(6):
+            c.J[c.at + i, chain[k]] = 0.0
+    add_seen(c, joint_a, T_a, T_b, -1.0)
+    add_seen(c, joint_b, T_a, T_b, 1.0)
+    px, py, pz = T_b[9], T_b[10], T_b[11]
+    x, y, z = turned_back(T_a, px - T_a[9], py - T_a[10], pz - T_a[11])
+    phi[own], phi[own + 1], phi[own + 2] = x - held[9], y - held[10], z - held[11]
+    seen = scratch(12)  # the pose of b in a
+    for k in range(3):
+        x, y, z = turned_back(T_a, T_b[3 * k], T_b[3 * k + 1], T_b[3 * k + 2])
+        seen[3 * k], seen[3 * k + 1], seen[3 * k + 2] = x, y, z
+    phi[own + 3], phi[own + 4], phi[own + 5] = rotation_difference(seen, held)
+
+
+@compiled
+def add_seen(c: ContactView, joint: int, T_a: np.ndarray, T_b: np.ndarray, sign: float) -> None:
+    """Add the twist, at the origin of b in axes of a, that moves a joint's body."""
+    columns, chain, J, at = matrix(c.state, COLUMNS), integers(c.tree, CHAIN), c.J, c.at
+    first = integers(c.tree, CHAIN_FIRST)[joint]
+    for k in range(first, first + integers(c.tree, CHAIN_COUNT)[joint]):
+        i = chain[k]
+        wx, wy, wz = sign * columns[i, 3], sign * columns[i, 4], sign * columns[i, 5]
+        x, y, z = crossed(wx, wy, wz, T_b[9], T_b[10], T_b[11])
+        x, y, z = (
+            x + sign * columns[i, 0],
+            y + sign * columns[i, 1],
+            z + sign * columns[i, 2],
+        )
+        x, y, z = turned_back(T_a, x, y, z)
+        wx, wy, wz = turned_back(T_a, wx, wy, wz)
+        J[at, i], J[at + 1, i], J[at + 2, i] = J[at, i] + x, J[at + 1, i] + y, J[at + 2, i] + z
+        J[at + 3, i] += wx
+        J[at + 4, i] += wy
+        J[at + 5, i] += wz
+
+
+@compiled
+def grasp_drift(c: ContactView) -> None:
+    """Write `dJ/dt v`: the relative acceleration at zero `dv/dt`, seen from the turning a.
+
+    In axes that turn with omega, `x_seen'' = x'' - 2 omega x x_seen' - omega x (omega x x) -
+    omega' x x`; the accelerations of a and b give the first and the last.
+    """
+    T_a, T_b = frame_of(c.tree, c.state, c.first), frame_of(c.tree, c.state, c.second)
+    joint_a, joint_b = joint_of(c.tree, c.first), joint_of(c.tree, c.second)
+    speeds, biases = matrix(c.state, VELOCITIES), matrix(c.state, ACCELERATIONS)
+    speed_a, speed_b, bias_a, bias_b = (
+        speeds[joint_a], speeds[joint_b], biases[joint_a], biases[joint_b]
+    )  # fmt: skip
+    ux, uy, uz = velocity_at(speed_a, T_a[9], T_a[10], T_a[11])
+    vx, vy, vz = velocity_at(speed_b, T_b[9], T_b[10], T_b[11])
+    vx, vy, vz = vx - ux, vy - uy, vz - uz
+    ux, uy, uz = acceleration_at(speed_a, bias_a, T_a[9], T_a[10], T_a[11])
+    ax, ay, az = acceleration_at(speed_b, bias_b, T_b[9], T_b[10], T_b[11])
+    ax, ay, az = ax - ux, ay - uy, az - uz
+    wx, wy, wz = speed_a[3], speed_a[4], speed_a[5]
+    rx, ry, rz = T_b[9] - T_a[9], T_b[10] - T_a[10], T_b[11] - T_a[11]
+    cx, cy, cz = crossed(wx, wy, wz, rx, ry, rz)
+    # velocity as seen, and once more as it is: together the two middle terms
+    cx, cy, cz = crossed(wx, wy, wz, 2.0 * vx - cx, 2.0 * vy - cy, 2.0 * vz - cz)
+    ex, ey, ez = crossed(bias_a[3], bias_a[4], bias_a[5], rx, ry, rz)
+    out, own = c.drift, c.own
+    x, y, z = turned_back(T_a, ax - ex - cx, ay - ey - cy, az - ez - cz)
+    out[own], out[own + 1], out[own + 2] = x, y, z
+    cx, cy, cz = crossed(
+        wx, wy, wz, speed_b[3] - wx, speed_b[4] - wy, speed_b[5] - wz
+    )  # fmt: skip
+    x, y, z = turned_back(
+        T_a, bias_b[3] - bias_a[3] - cx, bias_b[4] - bias_a[4] - cy, bias_b[5] - bias_a[5] - cz
+    )
+    out[own + 3], out[own + 4], out[own + 5] = x, y, z
+
+
 @dataclass(frozen=True, kw_only=True)
-class GraspContact(CompiledContact):
+class GraspContact(KernelContact):
     """The pose of frame b relative to frame a stays at `T_a_b`.
 
     Rows and wrench are written in the axes of a, at the origin of b: `lam` is the wrench the
@@ -25,8 +122,8 @@ class GraspContact(CompiledContact):
     pointing to b, `lam[2] >= 0` is a squeeze of the object.
     """
 
-    frame_a: int
-    frame_b: int
+    frame_a: str | int
+    frame_b: str | int
     T_a_b: pin.SE3
 
     @classmethod
@@ -34,8 +131,8 @@ class GraspContact(CompiledContact):
         cls,
         name: str,
         kin: Kinematics,
-        frame_a: str,
-        frame_b: str,
+        frame_a: str | int,
+        frame_b: str | int,
         *,
         regulated: tuple[str, ...] = (),
     ) -> GraspContact:
@@ -43,9 +140,8 @@ class GraspContact(CompiledContact):
 
         Raises: NameNotFoundError if the robot has no such frame, the contact no such row.
         """
-        a, b = kin.robot.frame_id(frame_a), kin.robot.frame_id(frame_b)
-        T_a_b = kin.placement(a).actInv(kin.placement(b))
-        return cls(name=name, regulated=regulated, frame_a=a, frame_b=b, T_a_b=T_a_b)
+        T_a_b = kin.placement(frame_a).actInv(kin.placement(frame_b))
+        return cls(name=name, regulated=regulated, frame_a=frame_a, frame_b=frame_b, T_a_b=T_a_b)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -57,94 +153,15 @@ class GraspContact(CompiledContact):
         """Unit of each row's multiplier."""
         return WRENCH_UNITS
 
-    kernel = "grasp"
+    kind = GRASP
+    alone = staticmethod(alone_of("grasp", grasp_rows, grasp_drift))
 
     @property
-    def frames(self) -> tuple[int, int]:
+    def frames(self) -> tuple[str | int, str | int]:
         """Frames a and b."""
         return self.frame_a, self.frame_b
 
     @property
-    def kept(self) -> Array:
+    def numbers(self) -> Array:
         """The pose of b in a as a row (12,)."""
         return pose_row(self.T_a_b)
-
-
-@compiled
-def grasp_rows(
-    columns: np.ndarray,
-    carried_a: np.ndarray,
-    carried_b: np.ndarray,
-    T_a: np.ndarray,
-    T_b: np.ndarray,
-    held: np.ndarray,
-    J: np.ndarray,
-    residual: np.ndarray,
-    at: int,
-) -> None:
-    """Write the twist of b as seen from a, and how far b is from its place `held` in a.
-
-    Both bodies are looked at in the origin of b, so that what moves both of them drops out.
-    """
-    px, py, pz = T_b[9], T_b[10], T_b[11]
-    for c in range(columns.shape[0]):
-        sign = carried_b[c] - carried_a[c]
-        if sign == 0.0:
-            for i in range(6):
-                J[at + i, c] = 0.0
-            continue
-        wx, wy, wz = sign * columns[c, 3], sign * columns[c, 4], sign * columns[c, 5]
-        lx, ly, lz = crossed(wx, wy, wz, px, py, pz)
-        lx, ly, lz = (
-            lx + sign * columns[c, 0],
-            ly + sign * columns[c, 1],
-            lz + sign * columns[c, 2],
-        )
-        J[at, c], J[at + 1, c], J[at + 2, c] = turned_back(T_a, lx, ly, lz)
-        J[at + 3, c], J[at + 4, c], J[at + 5, c] = turned_back(T_a, wx, wy, wz)
-    x, y, z = turned_back(T_a, px - T_a[9], py - T_a[10], pz - T_a[11])
-    residual[at], residual[at + 1], residual[at + 2] = x - held[9], y - held[10], z - held[11]
-    seen = scratch(12)  # the pose of b in a
-    for k in range(3):
-        x, y, z = turned_back(T_a, T_b[3 * k], T_b[3 * k + 1], T_b[3 * k + 2])
-        seen[3 * k], seen[3 * k + 1], seen[3 * k + 2] = x, y, z
-    x, y, z = rotation_difference(seen, held)
-    residual[at + 3], residual[at + 4], residual[at + 5] = x, y, z
-
-
-@compiled
-def grasp_drift(
-    joints: np.ndarray,
-    velocities: np.ndarray,
-    accelerations: np.ndarray,
-    a: int,
-    b: int,
-    T_a: np.ndarray,
-    T_b: np.ndarray,
-    drift: np.ndarray,
-    at: int,
-) -> None:
-    """Write `dJ/dt v`: the relative acceleration at zero `dv/dt`, seen from the turning a.
-
-    In axes that turn with omega, `x_seen'' = x'' - 2 omega x x_seen' - omega x (omega x x) -
-    omega' x x`; the accelerations of a and b give the first and the last.
-    """
-    of_a, of_b = scratch_matrix(2, 6), scratch_matrix(2, 6)
-    frame_motion(joints[a], velocities[a], accelerations[a], T_a, of_a)
-    frame_motion(joints[b], velocities[b], accelerations[b], T_b, of_b)
-    v, bias = of_b[0], of_b[1]
-    for i in range(6):
-        v[i] -= of_a[0, i]
-        bias[i] -= of_a[1, i]
-    wx, wy, wz = of_a[0, 3], of_a[0, 4], of_a[0, 5]
-    rx, ry, rz = T_b[9] - T_a[9], T_b[10] - T_a[10], T_b[11] - T_a[11]
-    cx, cy, cz = crossed(wx, wy, wz, rx, ry, rz)
-    # velocity as seen, and once more as it is: together the two middle terms
-    sx, sy, sz = 2.0 * v[0] - cx, 2.0 * v[1] - cy, 2.0 * v[2] - cz
-    cx, cy, cz = crossed(wx, wy, wz, sx, sy, sz)
-    ex, ey, ez = crossed(of_a[1, 3], of_a[1, 4], of_a[1, 5], rx, ry, rz)
-    x, y, z = turned_back(T_a, bias[0] - ex - cx, bias[1] - ey - cy, bias[2] - ez - cz)
-    drift[at], drift[at + 1], drift[at + 2] = x, y, z
-    cx, cy, cz = crossed(wx, wy, wz, v[3], v[4], v[5])
-    x, y, z = turned_back(T_a, bias[3] - cx, bias[4] - cy, bias[5] - cz)
-    drift[at + 3], drift[at + 4], drift[at + 5] = x, y, z

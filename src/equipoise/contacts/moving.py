@@ -9,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from equipoise.compiled import compiled
 from equipoise.contacts.sliding import SlidingContact
 from equipoise.errors import InputError
 from equipoise.spatial import Array, pose_row
+from equipoise.trajectories.travel import Travel, travelled
 
 
 @dataclass(frozen=True)
@@ -39,12 +41,13 @@ class SurfaceMotion(ABC):
 class StraightMotion(SurfaceMotion):
     """From `T_world_start` along `direction_world` (3,), without turning.
 
-    `travel(t)` returns distance [m], speed [m/s] and acceleration [m/s^2] at time t [s].
+    `travel(t)` returns distance [m], speed [m/s] and acceleration [m/s^2] at time t [s]; a `Travel`
+    is evaluated by a kernel, any other function from Python.
     """
 
     T_world_start: pin.SE3
     direction_world: tuple[float, float, float]
-    travel: Callable[[float], tuple[float, float, float]]
+    travel: Travel | Callable[[float], tuple[float, float, float]]
 
     def __post_init__(self) -> None:
         length = float(np.linalg.norm(self.direction_world))
@@ -67,10 +70,30 @@ class StraightMotion(SurfaceMotion):
             np.concatenate((acceleration * direction, still)),
         )
 
+    @property
+    def numbers(self) -> Array | None:
+        """What `straight_place` needs (18,): start, direction, travel; None if Python is asked."""
+        if not isinstance(self.travel, Travel):
+            return None
+        start = pose_row(self.T_world_start)
+        return np.concatenate((start, self.direction_world, self.travel.numbers))
+
+
+@compiled
+def straight_place(numbers: np.ndarray, t: float, place: np.ndarray) -> None:
+    """Write pose row, twist and its rate [24] of a motion; see `StraightMotion.numbers`."""
+    way, speed, acceleration = travelled(numbers[15:18], t)
+    for i in range(12):
+        place[i], place[12 + i] = numbers[i], 0.0
+    for i in range(3):
+        along = numbers[12 + i]
+        place[9 + i] += way * along
+        place[12 + i], place[18 + i] = speed * along, acceleration * along
+
 
 @dataclass(frozen=True, kw_only=True)
 class MovingSurfaceContact(SlidingContact):
-    """The point `offset` [m] of frame `frame_id` stays on a surface that moves as `motion` says.
+    """The point `offset` [m] of `frame` stays on a surface that moves as `motion` says.
 
     `phi(x, t) = 0`, so the rows are `J v = rate` with `rate = -dphi/dt / |grad phi|`: the speed
     along the normal of the place of the surface that is touched. The time is that of the

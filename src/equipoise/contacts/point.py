@@ -6,24 +6,55 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.compiled.compilation import compiled
-from equipoise.compiled.scratch import scratch, scratch_matrix
-from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
-from equipoise.contacts.body_point import ORIGIN, require_offset
+from equipoise.compiled import compiled
+from equipoise.compiled.workspace import integers, matrix
+from equipoise.contacts.alone import alone_of
+from equipoise.contacts.base import ORIGIN, WRENCH_LABELS, WRENCH_UNITS, KernelContact
+from equipoise.contacts.body_point import require_offset
+from equipoise.contacts.view import POINT, ContactView, frame_of, joint_of
 from equipoise.errors import ShapeError
-from equipoise.kinematics.kernels import frame_motion
+from equipoise.kinematics.kernels import ACCELERATIONS, COLUMNS, VELOCITIES, acceleration_at
+from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.spatial import Array
 from equipoise.spatial.kernels import crossed, turned
 
 
+@compiled
+def point_rows(c: ContactView) -> None:
+    """Write the velocity of a point of a frame, and how far it is from its place."""
+    T, kept, J, at = frame_of(c.tree, c.state, c.first), c.numbers, c.J, c.at
+    joint = joint_of(c.tree, c.first)
+    columns, chain = matrix(c.state, COLUMNS), integers(c.tree, CHAIN)
+    start = integers(c.tree, CHAIN_FIRST)[joint]
+    rx, ry, rz = turned(T, kept[0], kept[1], kept[2])
+    px, py, pz = T[9] + rx, T[10] + ry, T[11] + rz
+    for k in range(start, start + integers(c.tree, CHAIN_COUNT)[joint]):
+        i = chain[k]
+        x, y, z = crossed(columns[i, 3], columns[i, 4], columns[i, 5], px, py, pz)
+        J[at, i], J[at + 1, i] = columns[i, 0] + x, columns[i, 1] + y
+        J[at + 2, i] = columns[i, 2] + z
+    phi, own = c.residual, c.own
+    phi[own], phi[own + 1], phi[own + 2] = px - kept[3], py - kept[4], pz - kept[5]
+
+
+@compiled
+def point_drift(c: ContactView) -> None:
+    """Write `dJ/dt v`: the acceleration of the point at zero `dv/dt`."""
+    T, kept, joint = frame_of(c.tree, c.state, c.first), c.numbers, joint_of(c.tree, c.first)
+    rx, ry, rz = turned(T, kept[0], kept[1], kept[2])
+    speed, bias = matrix(c.state, VELOCITIES)[joint], matrix(c.state, ACCELERATIONS)[joint]
+    x, y, z = acceleration_at(speed, bias, T[9] + rx, T[10] + ry, T[11] + rz)
+    c.drift[c.own], c.drift[c.own + 1], c.drift[c.own + 2] = x, y, z
+
+
 @dataclass(frozen=True, kw_only=True)
-class PointContact(CompiledContact):
-    """The point `offset` [m] of frame `frame_id` stays at `p_world` (3,) [m].
+class PointContact(KernelContact):
+    """The point `offset` [m] of `frame` stays at `p_world` (3,) [m].
 
     Rows and force are in world axes; the frame may turn about the point.
     """
 
-    frame_id: int
+    frame: str | int
     p_world: Array
     offset: tuple[float, float, float] = ORIGIN
 
@@ -43,55 +74,15 @@ class PointContact(CompiledContact):
         """Unit of each row's multiplier."""
         return WRENCH_UNITS[:3]
 
-    kernel = "point"
+    kind = POINT
+    alone = staticmethod(alone_of("point", point_rows, point_drift))
 
     @property
-    def frames(self) -> tuple[int, int]:
+    def frames(self) -> tuple[str | int, str | int]:
         """The frame of the point, twice."""
-        return self.frame_id, self.frame_id
+        return self.frame, self.frame
 
     @property
-    def kept(self) -> Array:
-        """The offset and where it stays, filled up to (12,)."""
-        return np.concatenate((self.offset, self.p_world, np.zeros(6)))
-
-
-@compiled
-def point_rows(
-    columns: np.ndarray,
-    carried: np.ndarray,
-    T: np.ndarray,
-    kept: np.ndarray,
-    J: np.ndarray,
-    residual: np.ndarray,
-    at: int,
-) -> None:
-    """Write the velocity of a point of a frame at T, and how far it is from its place."""
-    rx, ry, rz = turned(T, kept[0], kept[1], kept[2])
-    px, py, pz = T[9] + rx, T[10] + ry, T[11] + rz
-    for c in range(columns.shape[0]):
-        x, y, z = crossed(columns[c, 3], columns[c, 4], columns[c, 5], px, py, pz)
-        J[at, c] = carried[c] * (columns[c, 0] + x)
-        J[at + 1, c] = carried[c] * (columns[c, 1] + y)
-        J[at + 2, c] = carried[c] * (columns[c, 2] + z)
-    residual[at], residual[at + 1], residual[at + 2] = px - kept[3], py - kept[4], pz - kept[5]
-
-
-@compiled
-def point_drift_rows(
-    joint: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    T: np.ndarray,
-    kept: np.ndarray,
-    drift: np.ndarray,
-    at: int,
-) -> None:
-    """Write `dJ/dt v`: the acceleration of the point at zero `dv/dt`."""
-    there, motion = scratch(12), scratch_matrix(2, 6)
-    rx, ry, rz = turned(T, kept[0], kept[1], kept[2])
-    for i in range(9):
-        there[i] = T[i]
-    there[9], there[10], there[11] = T[9] + rx, T[10] + ry, T[11] + rz
-    frame_motion(joint, velocity, acceleration, there, motion)
-    drift[at], drift[at + 1], drift[at + 2] = motion[1, 0], motion[1, 1], motion[1, 2]
+    def numbers(self) -> Array:
+        """The offset and where it stays (6,)."""
+        return np.concatenate((self.offset, self.p_world))

@@ -10,6 +10,8 @@ import numpy as np
 from equipoise.contacts.base import Contact
 from equipoise.contacts.stack import ContactStack
 
+ALWAYS = (-np.inf, np.inf)
+
 
 class ContactSchedule:
     """Stacks over time. `windows[name] = (start, end)` [s]; a contact without one always holds."""
@@ -19,10 +21,11 @@ class ContactSchedule:
     ) -> None:
         changes = sorted({t for window in windows.values() for t in window if np.isfinite(t)})
         self.contacts = tuple(contacts)
+        self.windows = {c.name: windows.get(c.name, ALWAYS) for c in contacts}
         self._starts = [-np.inf, *changes]
         self._stacks: list[ContactStack] = []
         for start in self._starts:
-            held = [c for c in contacts if _holds(windows.get(c.name), start)]
+            held = [c for c in contacts if self._holds(c, start)]
             self._stacks.append(ContactStack(held))
 
     @property
@@ -34,6 +37,6 @@ class ContactSchedule:
         """Return the stack that holds at time `t` [s]; the same object between two changes."""
         return self._stacks[bisect_right(self._starts, t) - 1]
 
-
-def _holds(window: tuple[float, float] | None, start: float) -> bool:
-    return window is None or window[0] <= start < window[1]
+    def _holds(self, contact: Contact, t: float) -> bool:
+        start, end = self.windows[contact.name]
+        return start <= t < end

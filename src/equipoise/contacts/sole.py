@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.compiled.compilation import compiled
-from equipoise.compiled.scratch import scratch_matrix
-from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, CompiledContact
+from equipoise.compiled import compiled
+from equipoise.compiled.workspace import integers, matrix
+from equipoise.contacts.alone import alone_of
+from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, KernelContact
+from equipoise.contacts.view import SOLE, ContactView, frame_of, joint_of
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import frame_motion
+from equipoise.kinematics.kernels import ACCELERATIONS, COLUMNS, VELOCITIES, acceleration_at
+from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.robots import Sole
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
@@ -19,9 +22,42 @@ from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
 FRICTION = 0.7  # coefficient between a sole and the ground, unless another is given
 
 
+@compiled
+def sole_rows(c: ContactView) -> None:
+    """Write the rows of a frame and how far it is from its anchor, in axes of the anchor."""
+    T, anchor, J, at = frame_of(c.tree, c.state, c.first), c.numbers, c.J, c.at
+    joint = joint_of(c.tree, c.first)
+    columns, chain = matrix(c.state, COLUMNS), integers(c.tree, CHAIN)
+    start = integers(c.tree, CHAIN_FIRST)[joint]
+    px, py, pz = T[9], T[10], T[11]
+    for k in range(start, start + integers(c.tree, CHAIN_COUNT)[joint]):
+        i = chain[k]
+        wx, wy, wz = columns[i, 3], columns[i, 4], columns[i, 5]
+        lx, ly, lz = crossed(wx, wy, wz, px, py, pz)
+        lx, ly, lz = lx + columns[i, 0], ly + columns[i, 1], lz + columns[i, 2]
+        J[at, i], J[at + 1, i], J[at + 2, i] = turned_back(anchor, lx, ly, lz)
+        J[at + 3, i], J[at + 4, i], J[at + 5, i] = turned_back(anchor, wx, wy, wz)
+    phi, own = c.residual, c.own
+    dx, dy, dz = px - anchor[9], py - anchor[10], pz - anchor[11]
+    phi[own], phi[own + 1], phi[own + 2] = turned_back(anchor, dx, dy, dz)
+    rx, ry, rz = rotation_difference(T, anchor)
+    phi[own + 3], phi[own + 4], phi[own + 5] = turned_back(anchor, rx, ry, rz)
+
+
+@compiled
+def sole_drift(c: ContactView) -> None:
+    """Write `dJ/dt v` in axes of the anchor."""
+    T, anchor, out, own = frame_of(c.tree, c.state, c.first), c.numbers, c.drift, c.own
+    joint = joint_of(c.tree, c.first)
+    speed, bias = matrix(c.state, VELOCITIES)[joint], matrix(c.state, ACCELERATIONS)[joint]
+    x, y, z = acceleration_at(speed, bias, T[9], T[10], T[11])
+    out[own], out[own + 1], out[own + 2] = turned_back(anchor, x, y, z)
+    out[own + 3], out[own + 4], out[own + 5] = turned_back(anchor, bias[3], bias[4], bias[5])
+
+
 @dataclass(frozen=True, kw_only=True)
-class SoleContact(CompiledContact):
-    """The frame `frame_id` stays at `T_world_anchor`.
+class SoleContact(KernelContact):
+    """The frame of `sole` stays at `T_world_anchor`.
 
     Rows and wrench are written in the axes of the anchor, at the origin of the frame: with z up,
     `lam[2] >= 0` is compression.
@@ -29,7 +65,6 @@ class SoleContact(CompiledContact):
 
     sole: Sole
     friction: float = FRICTION
-    frame_id: int
     T_world_anchor: pin.SE3
 
     @classmethod
@@ -47,14 +82,12 @@ class SoleContact(CompiledContact):
         It is called as the sole is, unless a `name` is given.
         Raises: NameNotFoundError if the robot has no such frame.
         """
-        frame_id = kin.robot.frame_id(sole.frame)
         return cls(
             name=sole.name if name is None else name,
             supporting=supporting,
             sole=sole,
             friction=friction,
-            frame_id=frame_id,
-            T_world_anchor=kin.placement(frame_id),
+            T_world_anchor=kin.placement(sole.frame),
         )
 
     @property
@@ -67,15 +100,21 @@ class SoleContact(CompiledContact):
         """Unit of each row's multiplier."""
         return WRENCH_UNITS
 
-    kernel = "sole"
+    kind = SOLE
+    alone = staticmethod(alone_of("sole", sole_rows, sole_drift))
 
     @property
-    def frames(self) -> tuple[int, int]:
+    def frame(self) -> str:
+        """The frame of the sole."""
+        return self.sole.frame
+
+    @property
+    def frames(self) -> tuple[str | int, str | int]:
         """The frame of the sole, twice."""
-        return self.frame_id, self.frame_id
+        return self.sole.frame, self.sole.frame
 
     @property
-    def kept(self) -> Array:
+    def numbers(self) -> Array:
         """The anchor as a pose row (12,)."""
         return pose_row(self.T_world_anchor)
 
@@ -95,49 +134,3 @@ class SoleContact(CompiledContact):
         yaw = tangential / (half_x + half_y)
         over_load = np.array([tangential, tangential, 0.0, 1.0 / half_y, 1.0 / half_x, yaw])
         return np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0]), over_load
-
-
-@compiled
-def sole_rows(
-    columns: np.ndarray,
-    carried: np.ndarray,
-    T: np.ndarray,
-    anchor: np.ndarray,
-    J: np.ndarray,
-    residual: np.ndarray,
-    at: int,
-) -> None:
-    """Write the rows of a frame at T and how far it is from its anchor, in axes of the anchor."""
-    px, py, pz = T[9], T[10], T[11]
-    for c in range(columns.shape[0]):
-        if carried[c]:
-            wx, wy, wz = columns[c, 3], columns[c, 4], columns[c, 5]
-            lx, ly, lz = crossed(wx, wy, wz, px, py, pz)
-            lx, ly, lz = lx + columns[c, 0], ly + columns[c, 1], lz + columns[c, 2]
-            J[at, c], J[at + 1, c], J[at + 2, c] = turned_back(anchor, lx, ly, lz)
-            J[at + 3, c], J[at + 4, c], J[at + 5, c] = turned_back(anchor, wx, wy, wz)
-        else:
-            for i in range(6):
-                J[at + i, c] = 0.0
-    dx, dy, dz = px - anchor[9], py - anchor[10], pz - anchor[11]
-    residual[at], residual[at + 1], residual[at + 2] = turned_back(anchor, dx, dy, dz)
-    rx, ry, rz = rotation_difference(T, anchor)
-    residual[at + 3], residual[at + 4], residual[at + 5] = turned_back(anchor, rx, ry, rz)
-
-
-@compiled
-def sole_drift(
-    joint: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    T: np.ndarray,
-    anchor: np.ndarray,
-    drift: np.ndarray,
-    at: int,
-) -> None:
-    """Write `dJ/dt v` in axes of the anchor."""
-    motion = scratch_matrix(2, 6)
-    frame_motion(joint, velocity, acceleration, T, motion)
-    a = motion[1]
-    drift[at], drift[at + 1], drift[at + 2] = turned_back(anchor, a[0], a[1], a[2])
-    drift[at + 3], drift[at + 4], drift[at + 5] = turned_back(anchor, a[3], a[4], a[5])

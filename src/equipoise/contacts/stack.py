@@ -10,10 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from equipoise.contacts.base import CompiledContact, Contact
-from equipoise.contacts.factor import factorise, lift, project
-from equipoise.contacts.program import ContactProgram
-from equipoise.contacts.rows import ContactRows
+from equipoise.contacts.base import Contact
+from equipoise.contacts.factor import factorise_alone, lift_alone, project_alone
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
@@ -35,10 +33,6 @@ class ContactStack:
             for name, a, b in zip(names, ends[:-1], ends[1:], strict=True)
         }
         self.size = int(ends[-1])
-        starts = list(zip(contacts, ends[:-1].tolist(), strict=True))
-        compiled = [(c, at) for c, at in starts if isinstance(c, CompiledContact)]
-        self._program = ContactProgram([c for c, _ in compiled], [at for _, at in compiled])
-        self._others = tuple((c, at) for c, at in starts if not isinstance(c, CompiledContact))
         self.regulated_rows = np.array(
             [
                 self.rows[contact.name].start + contact.labels.index(label)
@@ -70,34 +64,22 @@ class ContactStack:
         """Return the stack evaluated at the state of `kin`."""
         return StackedContacts(self, kin)
 
-    def fill(self, kin: Kinematics, rows: ContactRows, *, drift: bool = False) -> None:
-        """Write the rows of all contacts at the state of `kin`; the drift only if asked for."""
-        if self._program.count:
-            self._program.fill(kin, rows, drift=drift)
-        for contact, at in self._others:
-            contact.fill(kin, rows, at, drift=drift)
-
-    def filled(self, kin: Kinematics, *, drift: bool = False) -> ContactRows:
-        """Return the rows of all contacts at the state of `kin`, in memory of their own."""
-        rows = ContactRows.of_size(self.size, kin.robot.nv)
-        self.fill(kin, rows, drift=drift)
-        return rows
-
-    def drift(self, kin: Kinematics) -> Array:
-        """Return `dJ_phi/dt v - d rate/dt` (r,)."""
-        return self.filled(kin, drift=True).drift
+    def jacobian(self, kin: Kinematics) -> Array:
+        """Return `J_phi` (r, nv)."""
+        parts = [contact.jacobian(kin) for contact in self.contacts]
+        return np.vstack([np.zeros((0, kin.robot.nv)), *parts])
 
     def rate(self, kin: Kinematics) -> Array:
         """Return `nu_c` (r,), the right-hand side of `J_phi v = nu_c`."""
-        return self.filled(kin).rate
+        return np.concatenate([np.zeros(0), *(c.rate(kin) for c in self.contacts)])
 
     def residual(self, kin: Kinematics) -> Array:
         """Return `phi` (r,)."""
-        return self.filled(kin).residual
+        return np.concatenate([np.zeros(0), *(c.residual(kin) for c in self.contacts)])
 
-    def jacobian(self, kin: Kinematics) -> Array:
-        """Return `J_phi` (r, nv)."""
-        return self.filled(kin).J
+    def drift(self, kin: Kinematics) -> Array:
+        """Return `dJ_phi/dt v - d rate/dt` (r,)."""
+        return np.concatenate([np.zeros(0), *(c.drift(kin) for c in self.contacts)])
 
     def contradictions(self, kin: Kinematics, tolerance: float = 1e-6) -> tuple[str, ...]:
         """Return the contacts that cannot hold together with those before them, none if all can.
@@ -166,16 +148,16 @@ class Factor:
 
     def refresh(self, J: Array) -> None:
         """Factorise `J` (r, nv)."""
-        self.rank = factorise(J, self.L, self.reflectors, self.pivots, RANK_TOLERANCE)
+        self.rank = factorise_alone(J, self.L, self.reflectors, self.pivots, RANK_TOLERANCE)
 
     def project(self, v: Array) -> Array:
         """Return the part of `v` (nv,) that no row sees."""
         out = np.empty(len(v))
-        project(self.reflectors, self.rank, v, out)
+        project_alone(self.reflectors, self.rank, v, out)
         return out
 
     def lift(self, y: Array) -> Array:
         """Return the least `v` (nv,) with `J v = y` (r,), in least squares."""
         out = np.empty(self.L.shape[1])
-        lift(self.L, self.reflectors, self.pivots, self.rank, y, out)
+        lift_alone(self.L, self.reflectors, self.pivots, self.rank, y, out)
         return out

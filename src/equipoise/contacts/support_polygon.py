@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from scipy.spatial import ConvexHull
 
-from equipoise.compiled.compilation import entrance
+from equipoise.compiled import entrance
+from equipoise.errors import InputError
 from equipoise.robots import Sole
-from equipoise.spatial import Array
+from equipoise.spatial import Array, convex_hull
 
 
 def sole_corners(sole: Sole, T_world_sole: pin.SE3) -> Array:
@@ -28,11 +28,18 @@ class SupportPolygon:
 
     @classmethod
     def of_points(cls, points: Array) -> SupportPolygon:
-        """Return the hull of points (k, 2) or (k, 3) [m]; only x and y count."""
-        hull = ConvexHull(np.asarray(points)[:, :2])
-        equations = _without_duplicates(hull.equations)
-        normals = np.ascontiguousarray(equations[:, :2])
-        return cls(normals, -equations[:, 2], np.asarray(points)[hull.vertices, :2])
+        """Return the hull of points (k, 2) or (k, 3) [m]; only x and y count.
+
+        Raises: `InputError` for points that are not finite or lie on a line.
+        """
+        seen = np.asarray(points, dtype=float)[:, :2]
+        corners = seen[convex_hull(seen)] if np.isfinite(seen).all() else seen[:0]
+        if len(corners) < 3:
+            raise InputError("a support polygon needs points around an area", given=seen.tolist())
+        edges = np.roll(corners, -1, axis=0) - corners
+        normals = np.column_stack((edges[:, 1], -edges[:, 0]))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        return cls(normals, np.einsum("ij,ij->i", normals, corners), corners)
 
     def margin(self, p: Array) -> float:
         """Return the distance [m] of `p` to the nearest edge; negative outside."""
@@ -46,11 +53,3 @@ def least_room(normals: np.ndarray, offsets: np.ndarray, x: float, y: float) -> 
     for i in range(offsets.shape[0]):
         room = min(room, offsets[i] - normals[i, 0] * x - normals[i, 1] * y)
     return room
-
-
-def _without_duplicates(equations: Array) -> Array:
-    kept: list[Array] = []
-    for row in equations:
-        if not any(np.allclose(row, other, atol=1e-9) for other in kept):
-            kept.append(row)
-    return np.array(kept)

@@ -13,18 +13,13 @@ from equipoise.spatial import Array, pose_row
 
 @dataclass(frozen=True, kw_only=True)
 class SurfaceContact(SlidingContact):
-    """The point `offset` [m] of frame `frame_id` stays on a surface at rest at `T_world_surface`.
+    """The point `offset` [m] of `frame` stays on a surface at rest at `T_world_surface`.
 
     Row, multiplier and source as in `SlidingContact`.
     """
 
     T_world_surface: pin.SE3 = field(default_factory=pin.SE3.Identity)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        still = np.concatenate((pose_row(self.T_world_surface), np.zeros(12)))
-        object.__setattr__(self, "_place", still)
-
     def place(self, t: float) -> Array:
         """Return the pose row of the surface, and that it does not move (24,)."""
-        return self._place
+        return np.concatenate((pose_row(self.T_world_surface), np.zeros(12)))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.compiled.compilation import entrance
+from equipoise.compiled import entrance
 from equipoise.robots import Sole
 from equipoise.spatial import Array
 

@@ -12,7 +12,14 @@ from equipoise.control.base_wrench.observer import (
     largest_observer_gain,
     observer_delay_margin,
 )
-from equipoise.control.interface import Measurement, Target
+from equipoise.control.interface import (
+    Command,
+    Controller,
+    ControlStatus,
+    Measurement,
+    Reference,
+)
+from equipoise.control.kinds import CONTROLLERS, register_controller
 from equipoise.control.passivity.gain_advice import (
     GainAdvice,
     SoftFloorGains,
@@ -20,17 +27,19 @@ from equipoise.control.passivity.gain_advice import (
     advise_gains,
 )
 from equipoise.control.passivity.gains import ControlGains
-from equipoise.control.passivity.law import Command, ControlStatus, PassivityController
+from equipoise.control.passivity.law import PassivityController
 from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
 from equipoise.control.passivity.sign import SignFunction
 from equipoise.control.supervisor import Mode, ModeChange, Supervisor, SupervisorLimits
-from equipoise.trajectories.profile import Profile
+from equipoise.renamed import old_names_of
 
 __all__ = [
+    "CONTROLLERS",
     "BoundedDistribution",
     "Command",
     "ControlGains",
     "ControlStatus",
+    "Controller",
     "Distribution",
     "DistributionStatus",
     "ForceManifold",
@@ -40,17 +49,19 @@ __all__ = [
     "ModeChange",
     "PassivityController",
     "PostureManifold",
-    "Profile",
     "ReactionBounds",
     "ReactionObserver",
+    "Reference",
     "SignFunction",
     "SoftFloorGains",
     "Supervisor",
     "SupervisorLimits",
-    "Target",
     "advise_for_soft_floor",
     "advise_gains",
     "distribute_base_wrench",
     "largest_observer_gain",
     "observer_delay_margin",
+    "register_controller",
 ]
+
+__getattr__ = old_names_of(__name__)

@@ -5,21 +5,23 @@ Whatever it is given, it returns a finite torque within the limits and never rai
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from equipoise.compiled.compilation import entrance
-from equipoise.control.base_wrench.observer import ReactionObserver
-from equipoise.control.interface import Measurement, Target
-from equipoise.control.passivity.law import Command, ControlStatus, PassivityController
-from equipoise.kinematics.kernels import is_finite
+from equipoise.control.interface import (
+    Command,
+    Controller,
+    ControlStatus,
+    Measurement,
+    Reference,
+)
 from equipoise.spatial import Array
-
-_LANDED = 0.1  # [s] before it a released robot has not caught its weight: every sole is light
+from equipoise.spatial.numbers import real_array
 
 
 class Mode(Enum):
@@ -60,30 +62,16 @@ class ModeChange:
         return f"t = {self.t:.3f} s: mode {self.mode.name.lower()}: {self.cause}"
 
 
-_NOTHING = np.zeros(0)
-
-
 class Supervisor:
-    """Runs a `PassivityController` and takes over where it cannot go on.
+    """Runs a controller and takes over where it cannot go on.
 
     From RUN and DEGRADED there is a way back; SAFE leads only to STOPPED, which stays.
     `changes` is the story: every change of the mode with its cause.
-
-    `filter_time` [s] is that of the `ReactionObserver` through which the law sees its supporting
-    reaction. Where the law has bounds, `notes` says once for each sole what it was about to do.
     """
 
-    def __init__(
-        self,
-        controller: PassivityController,
-        limits: SupervisorLimits | None = None,
-        *,
-        filter_time: float = 0.0,
-    ) -> None:
+    def __init__(self, controller: Controller, limits: SupervisorLimits | None = None) -> None:
         self.controller = controller
         self.limits = limits or SupervisorLimits()
-        self.observer = ReactionObserver(filter_time, controller.dt)
-        self.notes: dict[str, float] = {}
         self.mode = Mode.RUN
         self.changes: list[ModeChange] = []
         self._last: Measurement | None = None
@@ -91,70 +79,77 @@ class Supervisor:
         self._safe_since = 0.0
         self._contacts = controller.contacts
 
-    def step(self, t: float, measured: Measurement, target: Target) -> Command:
+    def step(self, t: float, measured: Measurement, reference: Reference) -> Command:
         """Return the command at time `t` [s].
 
-        Raises: `ShapeError` if an array has the wrong shape.
+        Raises: `ShapeError` if an array has the wrong shape, `InputError` if it holds no numbers.
         """
+        measured, reference = self._checked(measured, reference)
         if self.mode in (Mode.RUN, Mode.DEGRADED):
-            command = self._try_law(t, measured, target)
+            command = self._try_law(t, measured, reference)
             if command is not None:
                 return command
-        return self._damped(t, measured)
+        return self.damped(t, measured)
 
-    def _try_law(self, t: float, measured: Measurement, target: Target) -> Command | None:
-        complete, lost = self._completed(t, measured, target)
+    def saw(self, measured: Measurement) -> None:
+        """Note a complete measurement on which the law ran without anybody else's help."""
+        self._last, self._lost_since = measured, None
+        self._contacts = self.controller.contacts
+
+    def state(self) -> dict[str, Any]:
+        """Return a copy of the memory: mode, times and the last measurement."""
+        last = None if self._last is None else tuple(part.copy() for part in self._last)
+        return {
+            "mode": self.mode.name,
+            "lost_since": self._lost_since,
+            "safe_since": self._safe_since,
+            "last": last,
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue from what `state` returned."""
+        self.mode = Mode[state["mode"]]
+        self._lost_since, self._safe_since = state["lost_since"], state["safe_since"]
+        self._last = None if state["last"] is None else Measurement(*state["last"])
+        self._contacts = self.controller.contacts
+
+    def _checked(
+        self, measured: Measurement, reference: Reference
+    ) -> tuple[Measurement, Reference]:
+        """Return both as arrays of the right shapes, NaN let through."""
+        robot, contacts = self.controller.robot, self.controller.contacts
+        sizes = (robot.nq, robot.nv, contacts.size)
+        wanted = (robot.nq, robot.nv, contacts.regulated_rows.size)
+        return (
+            Measurement(*_vectors("measured", Measurement._fields, measured, sizes)),
+            Reference(*_vectors("reference", Reference._fields, reference, wanted)),
+        )
+
+    def _try_law(self, t: float, measured: Measurement, reference: Reference) -> Command | None:
+        complete, lost = self._completed(t, measured, reference)
         if complete is None:
             self._enter(t, Mode.SAFE, f"{lost} for longer than {self.limits.patience:g} s")
             return None
-        trouble = self._trouble(complete, target)
+        trouble = self._trouble(complete, reference)
         if trouble:
             self._enter(t, Mode.SAFE, trouble)
             return None
         self._enter(t, Mode.DEGRADED if lost else Mode.RUN, lost or "all sensors speak again")
-        try:
-            command = self._command(t, complete, target)
-        except (ArithmeticError, np.linalg.LinAlgError) as error:
-            self._enter(t, Mode.SAFE, f"the law could not be computed ({error})")
-            return None
+        command = self.controller.step(t, complete, reference)
         if command.status is ControlStatus.HELD:
             self._enter(t, Mode.SAFE, "the law gave no finite torque")
             return None
         return command
 
-    def _command(self, t: float, measured: Measurement, target: Target) -> Command:
-        """Return the law's command, its reaction observed."""
-        controller = self.controller
-        rows = controller.contacts.supporting_rows
-        if self.observer.gain == 1.0:  # it shows what is measured
-            command = controller.step(t, measured, target)
-            self._note(t)
-            return command
-        F_before = controller.base_reaction
-        lam_0 = self.observer.update(measured.lam[rows], F_before)
-        lam = measured.lam.copy()
-        lam[rows] = lam_0 + F_before  # the law takes its own part off again
-        command = controller.step(t, measured._replace(lam=lam), target)
-        self._note(t)
-        return command
-
-    def _note(self, t: float) -> None:
-        """Note what each sole is about to do, once, after the robot has landed."""
-        distribution = self.controller.distribution
-        if distribution is not None and t >= _LANDED:
-            for warning in distribution.warnings:
-                self.notes.setdefault(warning, t)
-
     def _completed(
-        self, t: float, measured: Measurement, target: Target
+        self, t: float, measured: Measurement, reference: Reference
     ) -> tuple[Measurement | None, str]:
         """Return the measurement with substitutes and what is lost, or None past patience."""
+        forces = self._last.lam if self._last is not None else None
         if self.controller.contacts is not self._contacts:
             self._contacts, forces = self.controller.contacts, None
-        else:
-            forces = self._last.lam if self._last is not None else None
-        state_whole = is_finite(measured.q, measured.v)
-        forces_whole = is_finite(measured.lam, _NOTHING)
+        state_whole = _finite(measured.q, measured.v)
+        forces_whole = _finite(measured.lam)
         if state_whole:
             self._lost_since = None
         elif self._lost_since is None:
@@ -162,32 +157,35 @@ class Supervisor:
         if state_whole and forces_whole:
             self._last = measured
             return measured, ""
-        if not state_whole and (self._last is None or t - self._lost_since > self.limits.patience):
+        since = self._lost_since
+        too_long = since is not None and t - since > self.limits.patience
+        if not state_whole and (self._last is None or too_long):
             return None, self._whose(measured)
-        lam = measured.lam if forces_whole else self._substitute(measured.lam, forces, target)
+        lam = measured.lam if forces_whole else self._substitute(measured.lam, forces, reference)
         complete = measured._replace(lam=lam)
-        if not state_whole:
-            assert self._last is not None
+        if not state_whole and self._last is not None:
             complete = Measurement(
                 _patched(measured.q, self._last.q), _patched(measured.v, self._last.v), lam
             )
-            complete.q[3:7] /= np.linalg.norm(complete.q[3:7])
+            if self.controller.robot.nq_base == 7:
+                complete.q[3:7] /= np.linalg.norm(complete.q[3:7])
         self._last = complete
         return complete, self._whose(measured)
 
-    def _substitute(self, lam: Array, last: Array | None, target: Target) -> Array:
+    def _substitute(self, lam: Array, last: Array | None, reference: Reference) -> Array:
         """Return forces in which a lost regulated row is as wanted, a lost other as it was."""
         contacts = self.controller.contacts
         known = np.zeros(contacts.size) if last is None else last.copy()
-        known[contacts.regulated_rows] = target.lam_ref
+        known[contacts.regulated_rows] = reference.lam_ref
         return _patched(lam, known)
 
     def _whose(self, measured: Measurement) -> str:
         """Return which sensors are lost, in words."""
         robot, lost = self.controller.robot, []
-        if not (np.isfinite(measured.q[:7]).all() and np.isfinite(measured.v[:6]).all()):
+        q_base, v_base = robot.nq_base, robot.nv_base
+        if not _finite(measured.q[:q_base], measured.v[:v_base]):
             lost.append("the base")
-        missing = ~(np.isfinite(measured.q[7:]) & np.isfinite(measured.v[6:]))
+        missing = ~(np.isfinite(measured.q[q_base:]) & np.isfinite(measured.v[v_base:]))
         if missing.all():
             lost.append("all joints")
         else:
@@ -197,24 +195,25 @@ class Supervisor:
                 lost.append(f"the force of {name}")
         return f"no measurement of {', '.join(lost)}"
 
-    def _trouble(self, measured: Measurement, target: Target) -> str:
+    def _trouble(self, measured: Measurement, reference: Reference) -> str:
         """Return why the law had better be off, empty if it need not be."""
         limits, robot = self.limits, self.controller.robot
-        if not is_finite(_plain(target.q_ref), _plain(target.v_ref)):
+        if not _finite(reference.q_ref, reference.v_ref):
             return "the reference is not finite"
-        if not is_finite(_plain(target.lam_ref), _NOTHING):
+        if not _finite(reference.lam_ref):
             return "the wanted force is not finite"
-        dq = pin.difference(robot.model, target.q_ref, measured.q)
-        worst, tilt = farthest(dq)
+        with np.errstate(all="ignore"):
+            dq = pin.difference(robot.model, reference.q_ref, measured.q)
+        worst = int(np.argmax(np.where(np.isnan(dq), np.inf, np.abs(dq))))
         if not abs(dq[worst]) < limits.posture_error:
             return f"{robot.velocity_names[worst]} is {dq[worst]:.2f} from its reference"
-        if tilt > limits.tilt:
-            return f"the base is tilted by {tilt:.2f} rad"
-        return ""
+        tilt = float(np.linalg.norm(dq[3:6])) if robot.nv_base == 6 else 0.0
+        return f"the base is tilted by {tilt:.2f} rad" if tilt > limits.tilt else ""
 
-    def _damped(self, t: float, measured: Measurement) -> Command:
+    def damped(self, t: float, measured: Measurement) -> Command:
+        """Return what the joints are told while the law is off: damping, and in the end nothing."""
         robot = self.controller.robot
-        rates = measured.v[6:]
+        rates = measured.v[robot.nv_base :]
         if self.mode is Mode.SAFE and t - self._safe_since > self.limits.damping_time:
             self._enter(t, Mode.STOPPED, f"damped for {self.limits.damping_time:g} s")
         if self.mode is Mode.SAFE and not np.isfinite(rates).any():
@@ -225,7 +224,8 @@ class Supervisor:
             tau = -self.limits.damping * robot.tau_max * np.clip(known, -20.0, 20.0)
         tau = np.minimum(np.maximum(tau, -robot.tau_max), robot.tau_max)
         nothing = np.zeros(robot.nv)
-        return Command(tau, ControlStatus.HELD, nothing, self.controller.base_reaction, nothing)
+        reaction = np.zeros(self.controller.contacts.supporting_rows.size)
+        return Command(tau, ControlStatus.HELD, nothing, reaction, nothing)
 
     def _enter(self, t: float, mode: Mode, cause: str) -> None:
         if mode is self.mode:
@@ -236,19 +236,17 @@ class Supervisor:
         self.changes.append(ModeChange(t, mode, cause))
 
 
-@entrance
-def farthest(dq: np.ndarray) -> tuple[int, float]:
-    """Return where |dq| is largest, or not a number, and by how much the base is tilted."""
-    worst = 0
-    for i in range(dq.shape[0]):
-        if not abs(dq[i]) <= abs(dq[worst]):
-            worst = i
-    return worst, math.sqrt(dq[3] ** 2 + dq[4] ** 2 + dq[5] ** 2)
+def _finite(*arrays: Array) -> bool:
+    return all(bool(np.isfinite(array).all()) for array in arrays)
 
 
-def _plain(array: Array) -> Array:
-    """Return the array in the one layout that kernels are compiled for."""
-    return array if array.flags.writeable else array.copy()
+def _vectors(
+    whose: str, names: Sequence[str], values: Sequence[object], sizes: Sequence[int]
+) -> list[Array]:
+    return [
+        real_array(f"{whose} {name}", value, (size,), finite=False)
+        for name, value, size in zip(names, values, sizes, strict=True)
+    ]
 
 
 def _patched(values: Array, substitute: Array) -> Array:

@@ -134,8 +134,8 @@ class Shortfall:
         elif self.breaking:
             nearest = list(dict.fromkeys(b.phrase for b in self.breaking))[:SHOWN]
             reasons.append("blocked " + _joined([f"by {name}" for name in nearest]))
-        named = {b.task for b in self.breaking}
-        held = sorted({b.task for b in self.blockers} - named)
+        breaking = {b.task for b in self.breaking}
+        held = sorted({b.task for b in self.blockers} - breaking)
         if held and reasons:
             reasons.append("while " + _joined(held) + (" hold" if len(held) > 1 else " holds"))
         if self.alone:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
 from equipoise.errors import InputError, ShapeError
-from equipoise.hqp.rows import Rows
+from equipoise.hqp.rows import Rows, refuse_lengths
 from equipoise.hqp.soundness import are_sound
+
+_FLOAT = np.dtype(np.float64)
 
 
 class Block(NamedTuple):
@@ -57,8 +59,9 @@ class Hierarchy(NamedTuple):
                 uppers.append(rows.upper)
                 blocks.append(Block(rows.name, rows.unit, rows.labels, level, slice(start, end)))
             ends.append(end)
-        A = np.concatenate(matrices)
-        lower, upper = np.concatenate(lowers), np.concatenate(uppers)
+        A, lower, upper = (
+            np.concatenate(parts, dtype=np.float64) for parts in (matrices, lowers, uppers)
+        )
         return cls.of_sound(A, lower, upper, tuple(ends), tuple(blocks))
 
     @classmethod
@@ -75,11 +78,30 @@ class Hierarchy(NamedTuple):
         Raises:
             NonFiniteError, InputError: as `Rows.check`, naming the block and the row.
         """
-        if not are_sound(A, lower, upper):
-            for block in blocks:
-                own = block.rows
-                Rows(block.name, block.unit, block.labels, A[own], lower[own], upper[own]).check()
-        return cls(A, lower, upper, ends, blocks)
+        A, lower, upper = _plain(A), _plain(lower), _plain(upper)
+        made = cls(A, lower, upper, ends, blocks)
+        if not are_sound(A, lower, upper, np.array(ends, dtype=np.int64)):
+            made._refuse()
+        return made
+
+    def _refuse(self) -> NoReturn:
+        """Raise the error of the first unsound row, or of lengths too far apart in a level."""
+        A, lower, upper = self.A, self.lower, self.upper
+        blocks = self.blocks or (self._whole(),)
+        for block in blocks:
+            own = block.rows
+            Rows(block.name, block.unit, block.labels, A[own], lower[own], upper[own]).refuse()
+        names = [f"row {label!r} of rows {b.name!r}" for b in blocks for label in b.labels]
+        for i in range(len(self.ends)):
+            own = self.level(i)
+            if not are_sound(A[own], lower[own], upper[own], np.array([own.stop - own.start])):
+                refuse_lengths(A[own], lower[own], upper[own], names[own])
+        raise AssertionError("a hierarchy that is sound was refused")
+
+    def _whole(self) -> Block:
+        """Return all rows as one block, for a hierarchy without names."""
+        labels = tuple(str(row) for row in range(len(self.lower)))
+        return Block("hierarchy", "unit", labels, 0, slice(0, len(labels)))
 
     @property
     def n(self) -> int:
@@ -134,3 +156,10 @@ def _count_kinds(lower: np.ndarray, upper: np.ndarray) -> str:
     parts = [(equalities, "equal"), (inequalities, "bounded"), (free, "free")]
     text = ", ".join(f"{count} {kind}" for count, kind in parts if count) or "no rows"
     return f"{text:<24}"
+
+
+def _plain(array: np.ndarray) -> np.ndarray:
+    """Return the array in the one layout that kernels are compiled for."""
+    if array.flags.carray and array.dtype == _FLOAT:
+        return array
+    return np.array(array, dtype=np.float64, order="C")

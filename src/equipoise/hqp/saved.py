@@ -54,10 +54,10 @@ def save_problem(
         about["words"] = [
             [w.unit, w.above, w.below, _number(w.rate_above), _number(w.rate_below)] for w in words
         ]
-    arrays = {"A": hierarchy.A, "lower": hierarchy.lower, "upper": hierarchy.upper}
+    A, lower, upper = hierarchy.A, hierarchy.lower, hierarchy.upper
     try:
         with Path(path).open("wb") as file:
-            np.savez(file, about=np.array(json.dumps(about)), **arrays)
+            np.savez(file, about=np.array(json.dumps(about)), A=A, lower=lower, upper=upper)
     except OSError as error:
         raise InputError(
             "The hierarchy cannot be written", given=str(path), remedy=f"{error.strerror}"

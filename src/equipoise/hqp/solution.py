@@ -53,7 +53,9 @@ class Solution(NamedTuple):
 class HierarchySolver(Protocol):
     """Anything that answers hierarchies."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """What the solver is called."""
 
     def solve(self, hierarchy: Hierarchy) -> Solution:
         """Return the answer; a numerical outcome is a status, never an exception."""

@@ -1,10 +1,17 @@
-"""Kinematics of one robot at one state, and live views into the libraries that compute it."""
+"""Kinematics of one robot at one state, by kernels that the tick shares."""
 
 from equipoise.kinematics.state import (
+    Kinematic,
     Kinematics,
     KinematicsEvaluator,
-    LiveArrays,
     StaleKinematicsError,
+    kinematics_at,
 )
 
-__all__ = ["Kinematics", "KinematicsEvaluator", "LiveArrays", "StaleKinematicsError"]
+__all__ = [
+    "Kinematic",
+    "Kinematics",
+    "KinematicsEvaluator",
+    "StaleKinematicsError",
+    "kinematics_at",
+]

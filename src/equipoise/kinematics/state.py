@@ -1,203 +1,203 @@
-"""Kinematics of one robot at one state: evaluated once a tick, read-only afterwards.
+"""Kinematics of one robot at one state: evaluated once, read-only afterwards.
 
-Nothing here reads a mass or an inertia except the centre of mass, which is only offered when it
+Nothing here reads a mass or an inertia except the centre of mass, which is only computed when it
 is asked for: a controller that never asks is free of the dynamic model.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
 
-from equipoise.errors import EquipoiseError, NonFiniteError, ShapeError
+from equipoise.compiled.workspace import Workspace
+from equipoise.errors import EquipoiseError
 from equipoise.kinematics.kernels import (
+    WITH_COM,
+    WITH_FRAMES,
+    WITH_MOTION,
+    evaluate,
+    evaluate_more,
+    frame_jacobian,
     frame_motion,
-    frame_rows,
-    take_state,
+    state_shapes,
 )
-from equipoise.kinematics.live_views import motion_rows, pose_rows
-from equipoise.robots import Robot
-from equipoise.spatial import Array
+from equipoise.kinematics.tree import fill_frames, fill_tree, tree_of, tree_shapes
+from equipoise.spatial import Array, pose_row
+from equipoise.spatial.numbers import real_vector
+
+
+class Kinematic(Protocol):
+    """What kinematics needs of a robot."""
+
+    @property
+    def model(self) -> pin.Model:
+        """Pinocchio's model."""
+
+    @property
+    def nq(self) -> int:
+        """Length of a configuration."""
+
+    @property
+    def nv(self) -> int:
+        """Length of a velocity."""
+
+    def frame_id(self, frame: str | int) -> int:
+        """Return the id of a frame by its name, or the id itself if there is such a frame."""
 
 
 class StaleKinematicsError(EquipoiseError):
-    """A `Kinematics` was read after its evaluator had moved on to another state."""
+    """A `Kinematics` was read after its memory had moved on to another state."""
 
 
-@dataclass(frozen=True, slots=True)
-class LiveArrays:
-    """What kernels read of one robot's kinematics; everything but the last three changes with it.
+class KinematicsMemory:
+    """Where kinematics lie: parts of a workspace (part 0 the tree), and how often they changed."""
 
-    `q` (nq,) the configuration; `frames` (nframes, 12) and `joints` (njoints, 12) pose rows;
-    `columns` (nv, 6) the world Jacobian transposed; `velocities`, `accelerations` (njoints, 6) of
-    joints in their own axes;
-    `com` (3,) and `com_rows` (3, nv) the centre of mass; `carries` (njoints, nv) is 1 where a
-    velocity moves the body of a joint; `joint_ids` and `joint_of` each frame's joint.
-    """
+    def __init__(self, robot: Kinematic, workspace: Workspace, number: int) -> None:
+        self.robot, self.workspace, self.number = robot, workspace, number
+        self.stamp = 0
+        self.state = list(workspace.parts.values())[number]
+        self.entrance = (workspace.floats, workspace.integers, workspace.tables, number)
 
-    q: Array
-    frames: Array
-    joints: Array
-    columns: Array
-    velocities: Array
-    accelerations: Array
-    com: Array
-    com_rows: Array
-    carries: Array
-    joint_ids: Array
-    joint_of: tuple[int, ...]
+    def with_frames(self, frames: Sequence[str | int]) -> Workspace:
+        """Return a workspace of its own: this tree with these frames, this state with motion."""
+        model, ids = self.robot.model, [self.robot.frame_id(frame) for frame in frames]
+        tree = next(iter(self.workspace.parts.values()))
+        shapes = {
+            "tree": tree_shapes(model.njoints, len(tree.chain), len(ids)),
+            "state": state_shapes(self.robot.nq, self.robot.nv, model.njoints, len(ids)),
+        }
+        workspace = Workspace(shapes)
+        for name in tree:
+            if not name.startswith("frame"):
+                getattr(workspace.tree, name)[...] = getattr(tree, name)
+        fill_frames(workspace.tree, model, ids)
+        for name in ("q", "v", "joints", "columns"):
+            getattr(workspace.state, name)[...] = getattr(self.state, name)
+        blocks = workspace.floats, workspace.integers, workspace.tables
+        evaluate_more(*blocks, 1, WITH_FRAMES | WITH_MOTION | WITH_COM)
+        return workspace
 
 
 class KinematicsEvaluator:
-    """Computes `Kinematics`, reusing the buffers of one robot.
+    """Computes `Kinematics`, reusing the memory of one robot.
 
     Only the newest `Kinematics` of an evaluator may be read; an older one raises
-    `StaleKinematicsError` instead of answering for the wrong state.
+    `StaleKinematicsError` instead of answering for the wrong state. `robot.at(q)` needs no
+    evaluator and never gets stale, but makes its memory each time.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Kinematic) -> None:
         self.robot = robot
-        self.pin_data = robot.model.createData()
-        self.stamp = 0
-        self.live = _live_arrays(robot, self.pin_data)
-        self._no_acceleration = np.zeros(robot.nv)
-
-    def compute(self, q: Array) -> None:
-        """Let Pinocchio fill its buffers at `q` (nq,)."""
-        model, data = self.robot.model, self.pin_data
-        pin.computeJointJacobians(model, data, q)
-        pin.updateFramePlacements(model, data)
-
-    def compute_drift(self, q: Array, v: Array) -> None:
-        """Let Pinocchio fill its velocities, and its accelerations at zero dv/dt."""
-        pin.forwardKinematics(self.robot.model, self.pin_data, q, v, self._no_acceleration)
+        self._memory = _memory_of(robot, ())
 
     def __deepcopy__(self, memo: object) -> KinematicsEvaluator:
-        return KinematicsEvaluator(self.robot)  # what looks into a buffer cannot be copied with it
+        return KinematicsEvaluator(self.robot)  # views into a memory cannot be copied with it
 
-    def at(self, q: Array, v: Array, t: float = 0.0) -> Kinematics:
-        """Evaluate the kinematics at configuration `q` (nq,) and velocity `v` (nv,).
+    def at(self, q: Array, v: Array | None = None, t: float = 0.0) -> Kinematics:
+        """Evaluate the kinematics at configuration `q` (nq,) and velocity `v` (nv,), zero if None.
 
         The time `t` [s] matters only to contacts that move by themselves.
 
-        Raises: `ShapeError`; `NonFiniteError` if the state holds a NaN or an infinity.
+        Raises: `InputError` if they are no numbers; `ShapeError`; `NonFiniteError`.
         """
-        robot = self.robot
-        if q.shape != (robot.nq,):
-            raise ShapeError("q", q.shape, (robot.nq,))
-        if v.shape != (robot.nv,):
-            raise ShapeError("v", v.shape, (robot.nv,))
-        q, v = q.astype(float), v.astype(float)
-        if not take_state(q, v, self.live.q):
-            raise NonFiniteError("the state (q, v) holds a NaN or an infinity")
-        q.flags.writeable = v.flags.writeable = False
-        self.stamp += 1
-        return Kinematics(self, q, v, t)
+        robot, memory = self.robot, self._memory
+        q = real_vector("q", q, robot.nq)
+        v = np.zeros(robot.nv) if v is None else real_vector("v", v, robot.nv)
+        evaluate(*memory.entrance, q, v)
+        memory.stamp += 1
+        return Kinematics(memory, t)
 
 
 class Kinematics:
-    """Placements, Jacobians and drifts at exactly the state (`q`, `v`) and time `t` [s]."""
+    """Placements, Jacobians and drifts at exactly the state (`q`, `v`) and time `t` [s].
 
-    __slots__ = (
-        "_com",
-        "_evaluator",
-        "_has_com",
-        "_has_drift",
-        "_jacobians",
-        "_motions",
-        "_stamp",
-        "q",
-        "robot",
-        "t",
-        "v",
-    )
+    A frame is given by its name (or its id).
+    """
 
-    def __init__(self, evaluator: KinematicsEvaluator, q: Array, v: Array, t: float = 0.0) -> None:
-        self._evaluator = evaluator
-        self._stamp = evaluator.stamp
-        self.robot = evaluator.robot
-        self.q, self.v = q, v  # read-only copies
+    def __init__(self, memory: KinematicsMemory, t: float = 0.0) -> None:
+        self._memory = memory
+        self._stamp = memory.stamp
+        self.robot = memory.robot
+        self.q, self.v = _frozen(memory.state.q), _frozen(memory.state.v)
         self.t = t
-        self._has_drift = self._has_com = False
-        self._com: tuple[Array, Array] | None = None
-        self._jacobians: dict[int, Array] | None = None  # made when the first is asked for
+        self._jacobians: dict[int, Array] = {}
         self._motions: dict[int, Array] | None = None
-        evaluator.compute(self.q)
+        self._com: tuple[Array, Array] | None = None
+        self._pin_data: pin.Data | None = None
+
+    @property
+    def memory(self) -> KinematicsMemory:
+        """The memory that kernels read.
+
+        Raises: `StaleKinematicsError` if it holds another state by now.
+        """
+        if self._stamp != self._memory.stamp:
+            raise StaleKinematicsError(
+                "this Kinematics is older than its evaluator's newest one; keep what you need "
+                "from it, or use `robot.at`, which never gets stale"
+            )
+        return self._memory
+
+    def with_frames(self, frames: Sequence[str | int]) -> Workspace:
+        """Return a workspace of its own with these frames placed: what kernels are called with."""
+        return self.memory.with_frames(frames)
 
     @property
     def pin_data(self) -> pin.Data:
-        """Pinocchio's buffers at this state; `oMi`, `oMf` and `J` are up to date."""
-        self._require_newest()
-        return self._evaluator.pin_data
+        """Pinocchio's own results at this state, for what these kernels do not offer."""
+        if self._pin_data is None:
+            model = self.robot.model
+            data = self._pin_data = model.createData()
+            pin.computeJointJacobians(model, data, self.q)
+            pin.updateFramePlacements(model, data)
+        return self._pin_data
 
-    @property
-    def live(self) -> LiveArrays:
-        """What kernels read: arrays that look into Pinocchio's buffers, of this state."""
-        self._require_newest()
-        return self._evaluator.live
+    def joint_placement(self, joint: int) -> pin.SE3:
+        """Return where Pinocchio's joint `joint` is in the world."""
+        row = self.memory.state.joints[joint]
+        return pin.SE3(row[:9].reshape(3, 3).T.copy(), row[9:].copy())
 
-    @property
-    def live_with_drift(self) -> LiveArrays:
-        """The same with `velocities` and `accelerations` up to date."""
-        self._require_newest()
-        if not self._has_drift:
-            self._evaluator.compute_drift(self.q, self.v)
-            self._has_drift = True
-        return self._evaluator.live
-
-    def _require_newest(self) -> None:
-        if self._stamp != self._evaluator.stamp:
-            raise StaleKinematicsError(
-                "this Kinematics is older than its evaluator's newest one; keep what you need "
-                "from it, or use a KinematicsEvaluator of your own"
-            )
-
-    def placement(self, frame_id: int) -> pin.SE3:
+    def placement(self, frame: str | int) -> pin.SE3:
         """Return `T_world_frame`."""
-        return self.pin_data.oMf[frame_id].copy()
+        one = self.robot.model.frames[self.robot.frame_id(frame)]
+        return self.joint_placement(one.parentJoint) * one.placement
 
-    def jacobian(self, frame_id: int) -> Array:
+    def jacobian(self, frame: str | int) -> Array:
         """Return the Jacobian (6, nv) of a frame: velocity of its origin, then angular velocity.
 
         Both are in world axes: `[p_dot; omega] = jacobian @ v`.
         """
-        if self._jacobians is None:
-            self._jacobians = {}
+        frame_id = self.robot.frame_id(frame)
         J = self._jacobians.get(frame_id)
         if J is None:
-            live = self.live
-            carried = live.carries[live.joint_of[frame_id]]
-            J = np.empty((6, self.robot.nv))
-            frame_rows(live.columns, carried, live.frames[frame_id], J, 0)
+            one = self.robot.model.frames[frame_id]
+            J = np.zeros((6, self.robot.nv))
+            frame_jacobian(*self.memory.entrance, one.parentJoint, pose_row(one.placement), J)
             J.flags.writeable = False
             self._jacobians[frame_id] = J
         return J
 
-    def twist(self, frame_id: int) -> Array:
+    def twist(self, frame: str | int) -> Array:
         """Return (6,): velocity of the origin [m/s] and angular velocity [rad/s], world axes."""
-        return self._motion(frame_id)[0]
+        return self._motion(frame)[0]
 
-    def drift(self, frame_id: int) -> Array:
-        """Return `dJ/dt v` (6,) of `jacobian(frame_id)`: its acceleration at zero `dv/dt`."""
-        return self._motion(frame_id)[1]
+    def drift(self, frame: str | int) -> Array:
+        """Return `dJ/dt v` (6,) of `jacobian(frame)`: its acceleration at zero `dv/dt`."""
+        return self._motion(frame)[1]
 
-    def _motion(self, frame_id: int) -> Array:
-        live = self.live_with_drift
+    def _motion(self, frame: str | int) -> Array:
+        frame_id, memory = self.robot.frame_id(frame), self.memory
         if self._motions is None:
             self._motions = {}
+            evaluate_more(*memory.entrance, WITH_MOTION)
         motion = self._motions.get(frame_id)
         if motion is None:
-            joint = live.joint_of[frame_id]
+            one = self.robot.model.frames[frame_id]
             motion = np.empty((2, 6))
-            frame_motion(
-                live.joints[joint],
-                live.velocities[joint],
-                live.accelerations[joint],
-                live.frames[frame_id],
-                motion,
-            )
+            frame_motion(*memory.entrance, one.parentJoint, pose_row(one.placement), motion)
             self._motions[frame_id] = motion
         return motion
 
@@ -213,49 +213,29 @@ class Kinematics:
 
     def _centre_of_mass(self) -> tuple[Array, Array]:
         if self._com is None:
-            live = self.live_with_com
-            self._com = (_frozen(live.com), _frozen(live.com_rows))
+            evaluate_more(*self.memory.entrance, WITH_COM)
+            state = self.memory.state
+            self._com = (_frozen(state.com), _frozen(state.com_rows))
         return self._com
 
-    @property
-    def live_with_com(self) -> LiveArrays:
-        """The live arrays with `com` and `com_rows` up to date."""
-        live = self.live
-        if not self._has_com:
-            pin.jacobianCenterOfMass(self.robot.model, self._evaluator.pin_data)
-            self._has_com = True
-        return live
+
+def kinematics_at(robot: Kinematic, q: Array, v: Array | None = None, t: float = 0.0) -> Kinematics:
+    """Return the kinematics of a state in memory of its own: see `KinematicsEvaluator.at`."""
+    return KinematicsEvaluator(robot).at(q, v, t)
+
+
+def _memory_of(robot: Kinematic, frames: Sequence[int]) -> KinematicsMemory:
+    workspace = Workspace(
+        {
+            "tree": tree_of(robot.model, frames),
+            "state": state_shapes(robot.nq, robot.nv, robot.model.njoints, len(frames)),
+        }
+    )
+    fill_tree(workspace.tree, robot.model, frames)
+    return KinematicsMemory(robot, workspace, 1)
 
 
 def _frozen(array: Array) -> Array:
-    copy = array.astype(float)
+    copy = array.copy()
     copy.flags.writeable = False
     return copy
-
-
-def _live_arrays(robot: Robot, pin_data: pin.Data) -> LiveArrays:
-    model = robot.model
-    q = robot.q_half_sitting
-    pin.forwardKinematics(model, pin_data, q, np.ones(robot.nv), np.ones(robot.nv))
-    pin.computeJointJacobians(model, pin_data, q)
-    pin.updateFramePlacements(model, pin_data)
-    pin.jacobianCenterOfMass(model, pin_data)
-    carries = np.zeros((model.njoints, robot.nv))
-    for joint_id in range(1, model.njoints):
-        for ancestor in list(model.supports[joint_id])[1:]:
-            joint = model.joints[ancestor]
-            carries[joint_id, joint.idx_v : joint.idx_v + joint.nv] = 1.0
-    joint_of = tuple(int(frame.parentJoint) for frame in model.frames)
-    return LiveArrays(
-        q=np.array(q),
-        frames=pose_rows(pin_data.oMf),
-        joints=pose_rows(pin_data.oMi),
-        columns=pin_data.J.T,
-        velocities=motion_rows(pin_data.v),
-        accelerations=motion_rows(pin_data.a),
-        com=pin_data.com[0],
-        com_rows=pin_data.Jcom,
-        carries=carries,
-        joint_ids=np.array(joint_of, dtype=np.int64),
-        joint_of=joint_of,
-    )

@@ -1,14 +1,12 @@
 """Motion generation: tasks and contacts in, posture and velocity references out."""
 
-from equipoise.motion.fading import Fading, FadingGenerator
-from equipoise.motion.generator import MotionGenerator, MotionStep
+from equipoise.motion.generator import MotionGenerator, MotionStep, StaleMotionError
 from equipoise.motion.posture import PostureNotFoundError, solve_posture
 
 __all__ = [
-    "Fading",
-    "FadingGenerator",
     "MotionGenerator",
     "MotionStep",
     "PostureNotFoundError",
+    "StaleMotionError",
     "solve_posture",
 ]

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import pinocchio as pin
 
 from equipoise.errors import InputError
 from equipoise.hqp import HierarchySolver
-from equipoise.kinematics import KinematicsEvaluator
-from equipoise.motion.building import HierarchyBuilder
+from equipoise.kinematics import Kinematics
+from equipoise.motion.generator import MotionGenerator
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import Task
 
+_MOST_STEPS = 3000
 _MUST_BE_BELOW = 1e-4  # [m, rad] how far a task that must hold may be off
 
 
@@ -30,7 +30,6 @@ def solve_posture(
     *,
     t_from: float,
     step: float = 0.02,
-    iterations: int = 3000,
     tolerance: float = 1e-5,
     must_hold: Sequence[Task] = (),
 ) -> Array:
@@ -42,20 +41,18 @@ def solve_posture(
     Returns: the configuration (nq,).
     Raises: `PostureNotFoundError` if a task of `must_hold` is violated at the end.
     """
-    evaluator, builder = KinematicsEvaluator(robot), HierarchyBuilder(levels)
-    q, v = np.array(q_from, dtype=float), np.zeros(robot.nv)
-    for k in range(iterations):
+    motion = MotionGenerator(robot, levels, solver, step, q_from, t_start=t_from)
+    for k in range(_MOST_STEPS):
         t = min(0.0, t_from + k * step)
-        v = solver.solve(builder.at(evaluator.at(q, v, t), t)).v
-        q = pin.integrate(robot.model, q, v * step)
+        v = motion.step(t).v_ref
         if t == 0.0 and np.abs(v).max() < tolerance:
             break
-    _require(must_hold, evaluator, q)
+    q = motion.q_ref
+    _require(must_hold, robot.at(q))
     return q
 
 
-def _require(tasks: Sequence[Task], evaluator: KinematicsEvaluator, q: Array) -> None:
-    kin = evaluator.at(q, np.zeros(evaluator.robot.nv))
+def _require(tasks: Sequence[Task], kin: Kinematics) -> None:
     for task in tasks:
         error = np.abs(task.error(kin, 0.0))
         worst = int(np.argmax(error))

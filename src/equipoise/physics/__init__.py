@@ -1,8 +1,8 @@
 """Physics engines. None of them knows a controller."""
 
-from equipoise.physics.engine import PhysicsEngine, PhysicsState
+from equipoise.physics.engine import DivergedError, PhysicsEngine, PhysicsState
 from equipoise.physics.pushed_object import PushedObject, PushedObjectMode, PushedObjectState
-from equipoise.physics.rigid.engine import DivergedError, RigidContactEngine
+from equipoise.physics.rigid.engine import RigidContactEngine, RigidOptions
 
 __all__ = [
     "DivergedError",
@@ -12,4 +12,5 @@ __all__ = [
     "PushedObjectMode",
     "PushedObjectState",
     "RigidContactEngine",
+    "RigidOptions",
 ]

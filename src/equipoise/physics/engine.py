@@ -1,10 +1,19 @@
-"""What a physics engine offers to the run loop."""
+"""What a physics engine offers to the run loop: everything that the loop asks of it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
+import pinocchio as pin
+
+from equipoise.errors import EquipoiseError
+from equipoise.physics.pushed_object import PushedObject, PushedObjectState
 from equipoise.spatial import Array
+
+
+class DivergedError(EquipoiseError):
+    """The simulated state is no longer finite."""
 
 
 class PhysicsState(NamedTuple):
@@ -22,7 +31,23 @@ class PhysicsState(NamedTuple):
 
 
 class PhysicsEngine(Protocol):
-    """Advances a robot in contact by one control period under a held torque."""
+    """Advances a robot in contact by one control period under a held torque.
+
+    `external` (nv,) is the generalised force of whoever pushes, in base axes; it is held in every
+    `step` until another is set. `sliders` says of each pushed object how far it has gone;
+    `object_names` are the bodies that move freely and can be asked for, none where an engine has
+    no such bodies.
+    """
+
+    external: Array
+
+    @property
+    def sliders(self) -> Mapping[PushedObject, PushedObjectState]:
+        """How far each pushed object has gone, and what its contact does."""
+
+    @property
+    def object_names(self) -> tuple[str, ...]:
+        """Names of the loose objects."""
 
     @property
     def state(self) -> PhysicsState:
@@ -31,5 +56,20 @@ class PhysicsEngine(Protocol):
     def step(self, tau: Array) -> PhysicsState:
         """Advance by one control period with `tau` (na,) [N m] held; return the new state.
 
-        Raises: `equipoise.physics.rigid.engine.DivergedError` if the state is no longer finite.
+        Raises: `DivergedError` if the state is no longer finite.
+        """
+
+    def stand(self) -> Array:
+        """Let the robot stand at rest where it is; return the torque (na,) [N m] for it.
+
+        The reaction that carries it is then what is measured before the first step.
+        """
+
+    def object_pose(self, name: str) -> pin.SE3:
+        """Return where a loose object is in the world. Raises: `NameNotFoundError`."""
+
+    def object_twist(self, name: str) -> Array:
+        """Return linear [m/s] and angular velocity [rad/s] (6,) of a loose object, world axes.
+
+        Raises: `NameNotFoundError`.
         """

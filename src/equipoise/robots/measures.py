@@ -40,7 +40,7 @@ def measure(robot: Robot) -> Measures:
         )
     placements = robot.model.createData()
     pin.framesForwardKinematics(robot.model, placements, robot.q_half_sitting)
-    first, second = (_way_to(robot, palm.frame) for palm in robot.palms)
+    first, second = (_joints_to(robot, palm.frame) for palm in robot.palms)
     shoulders, lengths = [], []
     for palm, arm in zip(
         robot.palms, (_without(first, second), _without(second, first)), strict=True
@@ -48,7 +48,7 @@ def measure(robot: Robot) -> Measures:
         points = [placements.oMi[joint].translation.copy() for joint in arm[1:] or arm]
         points.append(placements.oMf[robot.frame_id(palm.frame)].translation.copy())
         shoulders.append(points[0])
-        lengths.append(sum(np.linalg.norm(b - a) for a, b in pairwise(points)))
+        lengths.append(float(sum(np.linalg.norm(b - a) for a, b in pairwise(points))))
     corners = [
         placements.oMf[robot.frame_id(sole.frame)].act(corner)[0]
         for sole in robot.soles
@@ -61,14 +61,14 @@ def measure(robot: Robot) -> Measures:
     )
 
 
-def _way_to(robot: Robot, frame: str) -> list[int]:
+def _joints_to(robot: Robot, frame: str) -> list[int]:
     """Return the joints from the base to a frame."""
     joint = robot.model.frames[robot.frame_id(frame)].parentJoint
     return list(robot.model.supports[joint])[1:]
 
 
-def _without(way: list[int], other: list[int]) -> list[int]:
-    arm = [joint for joint in way if joint not in other]
+def _without(joints: list[int], other: list[int]) -> list[int]:
+    arm = [joint for joint in joints if joint not in other]
     if not arm:
         raise InputError("The two palms hang on the same arm", remedy="Correct the robot's YAML")
     return arm

@@ -1,4 +1,4 @@
-"""The frozen robot that every other room is given: names, limits, frames, soles and palms."""
+"""The frozen robot that everything else is given: names, limits, frames, soles and palms."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import InputError, NameNotFoundError, NonFiniteError, RobotFileError
+from equipoise.kinematics import Kinematics, kinematics_at
 
 BASE_VELOCITY_NAMES = ("base_x", "base_y", "base_z", "base_roll", "base_pitch", "base_yaw")
+BASE_POSITION_NAMES = ("x", "y", "z", "qx", "qy", "qz", "qw")
 NQ_BASE = 7
 NV_BASE = 6
 
@@ -48,6 +51,9 @@ class Palm:
     name: str
     frame: str
     skin: float = 0.0
+
+
+Surface = TypeVar("Surface", Sole, Palm)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,6 +111,21 @@ class Robot:
         """Return how many entries of a velocity belong to the base."""
         return NV_BASE
 
+    @property
+    def base_position_names(self) -> tuple[str, ...]:
+        """Return a name for each entry of a configuration that belongs to the base."""
+        return BASE_POSITION_NAMES
+
+    @property
+    def base_position_units(self) -> tuple[str, ...]:
+        """Return their units."""
+        return (*("m",) * 3, *("",) * 4)
+
+    @property
+    def base_velocity_units(self) -> tuple[str, ...]:
+        """Return the unit of each entry of a velocity that belongs to the base."""
+        return (*("m/s",) * 3, *("rad/s",) * 3)
+
     @cached_property
     def na(self) -> int:
         """Return the number of actuated joints."""
@@ -112,7 +133,7 @@ class Robot:
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Return the actuated joints in the order of v[6:]."""
+        """Return the actuated joints in the order of v[nv_base:]."""
         return tuple(self.model.names)[2:]
 
     @cached_property
@@ -150,14 +171,31 @@ class Robot:
         """Return the total mass [kg]."""
         return float(sum(inertia.mass for inertia in self.model.inertias[1:]))
 
-    def frame_id(self, name: str) -> int:
-        """Return Pinocchio's index of a frame.
+    def frame_id(self, frame: str | int) -> int:
+        """Return Pinocchio's index of a frame by its name, or the index itself if there is one.
 
-        Raises: NameNotFoundError.
+        Raises: NameNotFoundError, InputError.
         """
-        if name not in self._frame_ids:
-            raise NameNotFoundError(f"frame on robot {self.name}:", name, self._frame_ids)
-        return self._frame_ids[name]
+        if isinstance(frame, str):
+            if frame not in self._frame_ids:
+                raise NameNotFoundError(f"frame on robot {self.name}:", frame, self._frame_ids)
+            return self._frame_ids[frame]
+        if isinstance(frame, bool) or not isinstance(frame, int | np.integer):
+            raise InputError("a frame is given by its name", given=frame, known=self.frame_names)
+        if not 0 <= frame < self.model.nframes:
+            raise InputError(
+                f"robot {self.name} has {self.model.nframes} frames; there is none of this index",
+                given=int(frame),
+                remedy="Give the name of a frame; `robot.frame_names` lists them",
+            )
+        return int(frame)
+
+    def at(self, q: np.ndarray, v: np.ndarray | None = None, t: float = 0.0) -> Kinematics:
+        """Return the kinematics at configuration `q` (nq,) and velocity `v` (nv,), zero if None.
+
+        Raises: ShapeError, NonFiniteError, InputError.
+        """
+        return kinematics_at(self, q, v, t)
 
     def joint_index(self, name: str) -> int:
         """Return where a joint stands among the actuated ones, 0 <= index < na.
@@ -249,11 +287,11 @@ def require_actuated_joints_of_one_dof(model: pin.Model) -> None:
             )
 
 
-def _by_name(kind: str, name: str, things: tuple) -> object:
-    for thing in things:
-        if thing.name == name:
-            return thing
-    raise NameNotFoundError(kind, name, [thing.name for thing in things])
+def _by_name(kind: str, name: str, surfaces: Sequence[Surface]) -> Surface:
+    for surface in surfaces:
+        if surface.name == name:
+            return surface
+    raise NameNotFoundError(kind, name, [surface.name for surface in surfaces])
 
 
 def _read_only(values: object) -> np.ndarray:

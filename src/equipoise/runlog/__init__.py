@@ -6,6 +6,7 @@ from equipoise.runlog.channels import Channel
 from equipoise.runlog.export import export_csv, export_npz
 from equipoise.runlog.folders import latest_run, new_run_folder, read_summary, write_summary
 from equipoise.runlog.reader import load_run
+from equipoise.runlog.record import TickRecord
 from equipoise.runlog.run import Run
 from equipoise.runlog.writer import RunWriter
 
@@ -13,6 +14,7 @@ __all__ = [
     "Channel",
     "Run",
     "RunWriter",
+    "TickRecord",
     "export_csv",
     "export_npz",
     "latest_run",

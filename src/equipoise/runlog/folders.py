@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -76,7 +77,7 @@ def write_summary(folder: Path, summary: Mapping[str, object]) -> None:
         raise RunLogError(f"Cannot write {path}: {error.strerror}.") from error
 
 
-def read_summary(folder: Path) -> dict:
+def read_summary(folder: Path) -> dict[str, Any]:
     """Read summary.json; "nan", "inf" and "-inf" become numbers again.
 
     Raises: RunLogError if it is missing or broken.
@@ -90,7 +91,7 @@ def read_summary(folder: Path) -> dict:
         raise RunLogError(f"{path} is not valid JSON: {error}.") from error
     if not isinstance(summary, dict):
         raise RunLogError(f"{path} should hold an object, not a {type(summary).__name__}.")
-    return _from_json(summary)
+    return {key: _from_json(value) for key, value in summary.items()}
 
 
 def _make_distinct(root: Path, stem: str) -> Path:
@@ -137,7 +138,7 @@ def _to_json(value: object) -> object:
     )
 
 
-def _from_json(value: object) -> object:
+def _from_json(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _from_json(entry) for key, entry in value.items()}
     if isinstance(value, list):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -133,7 +133,7 @@ def _describe(scan: Scan, path: Path) -> Run:
     )
 
 
-def _summary(folder: Path) -> tuple[dict | None, str]:
+def _summary(folder: Path) -> tuple[dict[str, Any] | None, str]:
     if not (folder / SUMMARY_NAME).exists():
         return None, ""
     try:
@@ -147,10 +147,10 @@ def _wanted(
 ) -> Iterator[np.ndarray | None]:
     """Yield the wanted records of each chunk; None for a chunk that is damaged."""
     last, skip = -np.inf, 0
-    for place in scan.chunks:
-        if place.last < window.start - _MARGIN or place.first >= window.stop + _MARGIN:
+    for chunk in scan.chunks:
+        if chunk.last < window.start - _MARGIN or chunk.first >= window.stop + _MARGIN:
             continue
-        content = read_chunk(stream, place)
+        content = read_chunk(stream, chunk)
         records = None if content is None else layout.view(content)
         if records is None or not _increasing(records["t"], last):
             yield None
@@ -183,7 +183,7 @@ class _Pieces:
             pieces.append(records[f"values{i}"].copy())
 
     def join(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Return times (N,) and arrays (N, k), read-only; the pieces are given up on the way."""
+        """Return times (N,) and arrays (N, k), read-only; a piece is released once copied."""
         arrays: dict[str, np.ndarray] = {}
         for channel, pieces in zip(self._layout.channels, self._values, strict=True):
             arrays[channel.name] = _frozen(pieces)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,9 +30,14 @@ class Run:
     scenario_text: str
     seed: int
     info: Mapping[str, str]
-    summary: dict | None
+    summary: dict[str, Any] | None
     complete: bool
     note: str = ""
+
+    @property
+    def metrics(self) -> Mapping[str, Any]:
+        """Value, unit and meaning of each metric by name, from the summary; empty without one."""
+        return (self.summary or {}).get("metrics", {})
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -18,7 +18,8 @@ from equipoise.errors import InputError, RunLogError
 from equipoise.runlog.channels import Channel, channels_to_json, check_channels
 from equipoise.runlog.layout import MESSAGE, PACKAGE, make_layout
 from equipoise.runlog.mcapfile import McapFile
-from equipoise.runlog.packing import TickPacker
+from equipoise.runlog.packing import TickBuffer, nanoseconds
+from equipoise.runlog.record import TickRecord
 
 LOG_NAME = "run.mcap"
 SCENARIO_NAME = "scenario.yaml"
@@ -33,6 +34,9 @@ class RunWriter:
 
     Use it as a context manager: leaving it, also by Ctrl-C, completes the file. What is on the
     disk can be read at any moment. The folder is created when missing.
+
+    A tick is written from a mapping (`write`), or, faster, from `record`, whose views are filled
+    in place before each `write_record`.
 
     Raises: RunLogError if the folder cannot be written or holds a log already; InputError for
     channels that clash.
@@ -50,10 +54,9 @@ class RunWriter:
         self.folder = Path(folder)
         self.channels = check_channels(channels)
         layout = make_layout(self.channels)
-        self._packer = TickPacker(layout)
-        self._capacity = max(1, CHUNK_BYTES // layout.record.itemsize)
-        self._ticks: list[tuple[float, bytes]] = []  # those not on the disk yet
-        self._first = 0  # number of the first of them
+        self._buffer = TickBuffer(layout, max(1, CHUNK_BYTES // layout.record.itemsize))
+        self._first = 0  # number of the tick in the buffer's first row
+        self._taken = 0  # number of ticks written so far, on the disk or in the buffer
         self._safe_time: float | None = None
         self._last_time = float(np.nextafter(0.0, -1.0))
         self._flush_time = -np.inf
@@ -69,14 +72,39 @@ class RunWriter:
         InputError if time does not increase; RunLogError if the disk refuses.
         """
         t = float(t)
+        self._buffer.put_values(self._next_row(t), t, values)
+        self._note(t)
+
+    @property
+    def record(self) -> TickRecord:
+        """The numbers of the next tick, to be filled in place; its memory stays the same."""
+        return self._buffer.record
+
+    def write_record(self, t: float) -> None:
+        """Append the tick that `record` holds, at time `t` [s].
+
+        Raises: InputError if time does not increase; RunLogError if the disk refuses.
+        """
+        t = float(t)
+        self._buffer.put_record(self._next_row(t), t)
+        self._note(t)
+
+    def _next_row(self, t: float) -> int:
         if not self._last_time < t < LATEST_TIME:  # also once closed or failed
             self._refuse_time(t)
-        ticks = self._ticks
-        ticks.append((t, self._packer.pack(self._first + len(ticks), t, values)))
+        row = self._taken - self._first
+        if row < self._buffer.capacity:
+            return row
+        self.flush()  # the last one was interrupted
+        return 0
+
+    def _note(self, t: float) -> None:
+        """Count the tick that was put into the buffer, and write a chunk if it is time."""
+        self._taken += 1
         self._last_time = t
         if (
-            len(ticks) >= self._capacity
-            or t - self._flush_time >= FLUSH_PERIOD
+            t - self._flush_time >= FLUSH_PERIOD
+            or self._taken - self._first >= self._buffer.capacity
             or time.perf_counter() - self._flush_wall >= FLUSH_PERIOD
         ):
             self.flush()
@@ -88,14 +116,16 @@ class RunWriter:
         """
         self._check_open()
         # A chunk that was written just before an interrupt (Ctrl-C) is not written again.
-        fresh = self._ticks[self._file.ticks - self._first :]
-        if fresh:
+        buffer, done = self._buffer, self._file.ticks
+        start, stop = done - self._first, self._taken - self._first
+        if start < stop:
+            times = buffer.times[start:stop]
             try:
-                self._file.append(fresh)
+                self._file.append(nanoseconds(times), buffer.content(start, stop, done))
             except OSError as error:
                 raise self._fail(error) from error
-            self._safe_time = fresh[-1][0]
-        self._first, self._ticks = self._file.ticks, []
+            self._safe_time = float(times[-1])
+        self._first = self._taken
         self._flush_time = self._last_time
         self._flush_wall = time.perf_counter()
 

@@ -1,4 +1,4 @@
-"""Scenarios: typed YAML files, what they build, and the one loop that runs them."""
+"""Scenarios: typed YAML files, read, changed, made for another robot; those that are shipped."""
 
 from equipoise.scenarios.catalogue import named_scenarios, read_scenario
 from equipoise.scenarios.overrides import apply_overrides

@@ -20,7 +20,7 @@ def named_scenarios() -> dict[str, Path]:
 def read_scenario(
     name_or_path: str, overrides: Sequence[str] = (), *, robot: str | None = None
 ) -> Scenario:
-    """Return a shipped scenario by name, or one from a YAML file; refitted to `robot` if given.
+    """Return a shipped scenario by name, or one from a YAML file; retargeted to `robot` if given.
 
     Raises: `NameNotFoundError`, `ScenarioError`, `RobotFileError`.
     """

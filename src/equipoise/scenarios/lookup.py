@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pinocchio as pin
 
 from equipoise.errors import InputError, NameNotFoundError, ScenarioError
@@ -15,8 +17,14 @@ def to_pose(spec: schema.Pose) -> pin.SE3:
     return pose(spec.xyz, spec.rpy)
 
 
-def frame_of(robot: Robot, name: str, path: str) -> int:
-    """Return the id of a frame that moves with the robot.
+def to_vector(values: Sequence[float]) -> tuple[float, float, float]:
+    """Return the three numbers of a vector in a scenario."""
+    x, y, z = values
+    return x, y, z
+
+
+def frame_of(robot: Robot, name: str, path: str) -> str:
+    """Return the name of a frame, checked to be one that moves with the robot.
 
     Raises: `ScenarioError` with the path.
     """
@@ -30,7 +38,7 @@ def frame_of(robot: Robot, name: str, path: str) -> int:
             path=path,
             remedy="Name a link or a frame that is fixed to one",
         )
-    return frame_id
+    return name
 
 
 def at_path(error: InputError, path: str) -> ScenarioError:

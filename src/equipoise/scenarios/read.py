@@ -27,7 +27,7 @@ def parse_scenario(
 
     A file that begins with `extends: NAME` states only what differs from another scenario, whose
     text `text_of(NAME)` gives. For another `robot` than the file's, what the file says under
-    `for_robot` of that name is written over it, then everything is refitted.
+    `for_robot` of that name is written over it, then everything is retargeted.
     Raises: `ScenarioError` naming the line or path, what was given and what is known.
     """
     tree = load_tree(text, source)
@@ -71,7 +71,7 @@ def resolved_text(scenario: Scenario) -> str:
     yaml = YAML(typ="safe")
     yaml.default_flow_style = None
     yaml.width = 100
-    yaml.sort_base_mapping_type_on_output = False
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # declared as None
     stream = io.StringIO()
     yaml.dump(scenario.model_dump(mode="json", exclude_none=True), stream)
     return stream.getvalue()
@@ -91,64 +91,64 @@ def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:
     """Return our error for one complaint of pydantic; an unknown key explains a missing one."""
     complaints = error.errors(include_url=False)
     first = min(complaints, key=lambda c: c["type"] != "extra_forbidden")
-    place = _without_tags(first["loc"], plain)
-    path = ".".join(str(part) for part in place)
+    location = _without_tags(first["loc"], plain)
+    path = ".".join(str(part) for part in location)
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "extra_forbidden":
-        known = _known_keys(place[:-1], plain)
-        hint = NameNotFoundError("key", str(place[-1]), known)
+        known = _known_keys(location[:-1], plain)
+        hint = NameNotFoundError("key", str(location[-1]), known)
         return ScenarioError(
-            f"unknown key {place[-1]!r}",
+            f"unknown key {location[-1]!r}",
             path=path,
-            line=_line(tree, place),
+            line=_line(tree, location),
             known=known,
             remedy=hint.remedy,
         )
     if first["type"] == "missing":
         return ScenarioError(
-            f"key {place[-1]!r} is missing", path=path, line=_line(tree, place[:-1])
+            f"key {location[-1]!r} is missing", path=path, line=_line(tree, location[:-1])
         )
-    line = _line(tree, place)
+    line = _line(tree, location)
     if first["type"] == "union_tag_not_found":
-        return ScenarioError("key 'kind' is missing", path=path, line=line, known=_kinds(place))
+        return ScenarioError("key 'kind' is missing", path=path, line=line, known=_kinds(location))
     given = first.get("input")
     if first["type"] == "union_tag_invalid":
-        hint = NameNotFoundError("kind", str(given["kind"]), _kinds(place))
+        hint = NameNotFoundError("kind", str(given["kind"]), _kinds(location))
         return ScenarioError(
             hint.problem, path=path, line=line, known=hint.known, remedy=hint.remedy
         )
     if first["type"] in ("model_type", "dict_type", "model_attributes_type"):
-        message, known = "a mapping of keys is wanted", _known_keys(place, plain)
+        message, known = "a mapping of keys is wanted", _known_keys(location, plain)
         return ScenarioError(message, path=path, line=line, given=given, known=known)
     if isinstance(given, dict | list | BaseModel) and len(str(given)) > 80:
         given = None
     return ScenarioError(message, path=path, line=line, given=given)
 
 
-def _kinds(place: list[Any]) -> list[str]:
-    """Return the kinds of the scenario's contacts or tasks, wherever `place` lies."""
-    section = Scenario.model_fields[str(place[0])].annotation
+def _kinds(location: list[Any]) -> list[str]:
+    """Return the kinds of the scenario's contacts or tasks, wherever `location` lies."""
+    section = Scenario.model_fields[str(location[0])].annotation
     models = _members(get_args(section)[-1])
     return [kind for m in models for kind in get_args(m.model_fields["kind"].annotation)]
 
 
-def _without_tags(location: tuple[Any, ...], plain: Any) -> list[Any]:
-    """Return the place in the file: pydantic also names the `kind` it chose, which is no key."""
-    place: list[Any] = []
+def _without_tags(given: tuple[Any, ...], plain: Any) -> list[Any]:
+    """Return the location in the file: pydantic also names the `kind` it chose, which is no key."""
+    location: list[Any] = []
     node = plain
-    for part in location:
+    for part in given:
         if isinstance(node, dict) and part == node.get("kind") and part not in node:
             continue
-        place.append(part)
+        location.append(part)
         node = _step(node, part)
-    return place
+    return location
 
 
-def _known_keys(place: list[Any], plain: Any) -> list[str]:
-    """Return the keys that the section at `place` may have."""
+def _known_keys(location: list[Any], plain: Any) -> list[str]:
+    """Return the keys that the section at `location` may have."""
     model: Any = Scenario
     node = plain
-    for part in place:
+    for part in location:
         node = _step(node, part)
         model = _next_model(model, part, node)
         if model is None:
@@ -195,10 +195,10 @@ def _step(node: Any, part: Any) -> Any:
         return None
 
 
-def _line(tree: Any, place: list[Any]) -> int | None:
-    """Return the line (from 1) of the deepest part of `place` that the file has."""
+def _line(tree: Any, location: list[Any]) -> int | None:
+    """Return the line (from 1) of the deepest part of `location` that the file has."""
     node, line = tree, None
-    for part in place:
+    for part in location:
         positions = getattr(getattr(node, "lc", None), "data", None) or {}
         if part in positions:
             line = positions[part][0] + 1

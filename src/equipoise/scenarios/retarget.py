@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -33,11 +33,11 @@ def retarget(scenario: Scenario, robot: str) -> Tree:
     tree = scenario.model_dump(mode="json", exclude_none=True)
     tree["robot"] = str(Path(robot).resolve()) if is_path(robot) else robot
     tree["title"] = f"{scenario.title} (made for {scenario.robot}, on {other.name})"
-    _refit_world(tree["world"], change)
+    _retarget_world(tree["world"], change)
     for contact in tree["contacts"].values():
-        _refit_contact(contact, change)
+        _retarget_contact(contact, change)
     for name, task in tree["tasks"].items():
-        _refit_task(task, change, f"tasks.{name}")
+        _retarget_task(task, change, f"tasks.{name}")
     tree["monitor"] = change.pairs(tree["monitor"], "monitor")
     for payload in tree["disturbances"]["payloads"]:
         change.scale(payload, "at")
@@ -81,9 +81,9 @@ class _Change:
 
     def link(self, name: str, path: str) -> tuple[str, ...]:
         """Return the links of the other robot that stand where this one does on the first."""
-        links = [link for links in self.before.parts.values() for link in links]
+        in_parts = {link for links in self.before.parts.values() for link in links}
         if name not in self.before.frame_names or (
-            name in self.after.frame_names and name not in links
+            name in self.after.frame_names and name not in in_parts
         ):
             return (name,)
         for part, links in self.before.parts.items():
@@ -118,50 +118,64 @@ def _rounded(values: np.ndarray) -> list[float]:
     return [round(float(x), 6) for x in values]
 
 
-def _refit_world(world: Tree, change: _Change) -> None:
+def _retarget_world(world: Tree, change: _Change) -> None:
     for body in world["bodies"].values():
         change.move(body["at"])
-        _refit_shapes(body, change)
+        _retarget_shapes(body, change)
     for held in world["objects"].values():
-        _refit_shapes(held, change)
+        _retarget_shapes(held, change)
         for handle in held["handles"].values():
             change.scale(handle, "xyz")
         for waypoint in held["waypoints"]:
             change.move(waypoint)
     for slider in world["sliders"].values():
         change.move(slider["at"])
-        _refit_shapes(slider, change)
+        _retarget_shapes(slider, change)
         change.scale(slider, "face")
         change.scale(slider["travel"], "distance")
         slider["viscosity"] /= change.lengths  # slower by as much: the force stays
 
 
-def _refit_shapes(body: Tree, change: _Change) -> None:
+def _retarget_shapes(body: Tree, change: _Change) -> None:
     for shape in body["shapes"]:
         change.scale(shape, "box", "cylinder", "sphere")
         change.scale(shape["at"], "xyz")
 
 
-def _refit_contact(contact: Tree, change: _Change) -> None:
+def _retarget_contact(contact: Tree, change: _Change) -> None:
     change.scale(contact, "offset")
     if "surface" in contact:
         change.scale(contact["surface"], "sphere", "cylinder")
         change.move(contact["surface"]["at"])
 
 
-def _refit_task(task: Tree, change: _Change, path: str) -> None:
+def _retarget_task(task: Tree, change: _Change, path: str) -> None:
     change.frame(task, "frame", path)
-    if task["kind"] in ("frame_path", "frame_way"):
-        for waypoint in task["waypoints"]:
-            change.move(waypoint)
-    elif task["kind"] == "com_polygon":
-        task["margin"] = round(change.stance * task["margin"], 6)
-    elif task["kind"] == "gaze":
-        change.scale(task, "offset")
-    elif task["kind"] == "avoidance":
-        change.scale(task, "influence", "security", "damping")
-        task["pairs"] = change.pairs(task["pairs"], f"{path}.pairs")
-    elif task["kind"] == "posture" and not set(task["joints"]) <= set(change.after.joint_names):
+    special = _TASKS.get(task["kind"])
+    if special is not None:
+        special(task, change, path)
+
+
+def _retarget_frame_path(task: Tree, change: _Change, path: str) -> None:
+    for waypoint in task["waypoints"]:
+        change.move(waypoint)
+
+
+def _retarget_com_polygon(task: Tree, change: _Change, path: str) -> None:
+    task["margin"] = round(change.stance * task["margin"], 6)
+
+
+def _retarget_gaze(task: Tree, change: _Change, path: str) -> None:
+    change.scale(task, "offset")
+
+
+def _retarget_avoidance(task: Tree, change: _Change, path: str) -> None:
+    change.scale(task, "influence", "security", "damping")
+    task["pairs"] = change.pairs(task["pairs"], f"{path}.pairs")
+
+
+def _retarget_posture(task: Tree, change: _Change, path: str) -> None:
+    if not set(task["joints"]) <= set(change.after.joint_names):
         raise ScenarioError(
             f"not all joints named here are joints of {change.after.name}",
             path=f"{path}.joints",
@@ -169,3 +183,14 @@ def _refit_task(task: Tree, change: _Change, path: str) -> None:
             known=change.after.joint_names,
             remedy=f"Say under for_robot.{change.after.name} where its joints should be",
         )
+
+
+# What else than frames changes, by kind of task
+_TASKS: dict[str, Callable[[Tree, _Change, str], None]] = {
+    "frame_path": _retarget_frame_path,
+    "frame_way": _retarget_frame_path,
+    "com_polygon": _retarget_com_polygon,
+    "gaze": _retarget_gaze,
+    "avoidance": _retarget_avoidance,
+    "posture": _retarget_posture,
+}

@@ -12,16 +12,17 @@ import numpy as np
 from equipoise.errors import InputError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
+from equipoise.simulation.sensors import Reading
 from equipoise.spatial import Array
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Push:
-    """A force (3,) [N], world axes, at the origin of frame `frame_id` for `duration` [s]."""
+class ExternalForce:
+    """A force (3,) [N], world axes, at the origin of `frame` for `duration` [s]."""
 
-    frame_id: int
+    frame: str | int
     force: tuple[float, float, float]
     start: float
     duration: float
@@ -40,7 +41,7 @@ class Faults:
     `torque_share` is the share of each torque limit that the motors still give.
     """
 
-    pushes: tuple[Push, ...] = ()
+    pushes: tuple[ExternalForce, ...] = ()
     measurement_delay: float = 0.0
     command_delay: float = 0.0
     missed_ticks: float = 0.0
@@ -78,11 +79,11 @@ class FaultInjector:
         self._none = faults == Faults()
         self._random = np.random.default_rng(seed)
         self._kinematics = KinematicsEvaluator(robot)
-        self._readings: DelayLine = DelayLine(faults.measurement_delay, dt)
+        self._readings: DelayLine[Reading] = DelayLine(faults.measurement_delay, dt)
         self._commands: DelayLine[Array] = DelayLine(faults.command_delay, dt)
         self._missed_last = False
 
-    def late_reading(self, reading: T) -> T:
+    def late_reading(self, reading: Reading) -> Reading:
         """Return the reading that arrives now."""
         return self._readings.pass_on(reading)
 
@@ -104,10 +105,12 @@ class FaultInjector:
 
     def external(self, t: float, q: Array, v: Array) -> Array:
         """Return the generalised force (nv,) of the pushes at time `t` [s]."""
-        acting: Sequence[Push] = [push for push in self.faults.pushes if push.acts(t)]
         total = np.zeros(self.robot.nv)
+        if not self.faults.pushes:
+            return total
+        acting: Sequence[ExternalForce] = [push for push in self.faults.pushes if push.acts(t)]
         if acting:
             kin = self._kinematics.at(q, v)
             for push in acting:
-                total += kin.jacobian(push.frame_id)[:3].T @ np.array(push.force)
+                total += kin.jacobian(push.frame)[:3].T @ np.array(push.force)
         return total

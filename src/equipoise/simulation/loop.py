@@ -71,11 +71,11 @@ def run_simulation(
         info={"robot": scenario.robot, "scenario": scenario.name},
     ) as writer:
         try:
-            for t, values in simulation.ticks():
+            for t, _ in simulation.ticks(writer.record):
                 writing = perf_counter()
                 if not ticks:
                     first_wall = writing - began - _paused(simulation)
-                writer.write(t, values)
+                writer.write_record(t)
                 log_wall += perf_counter() - writing
                 ticks += 1
                 if progress is not None and ticks % 50 == 0:

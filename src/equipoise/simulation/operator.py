@@ -6,21 +6,19 @@ requested.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from equipoise.control import ControlGains, PassivityController
+from equipoise.control import ControlGains
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics import PhysicsState
-from equipoise.runlog import Channel
+from equipoise.runlog import Channel, TickRecord
 from equipoise.spatial import Array
-
-if TYPE_CHECKING:
-    from equipoise.simulation.simulation import Simulation
+from equipoise.wbc import WholeBodyController
 
 DAMPING = "K_d_factor"
 GAIN_UNITS = {
@@ -71,27 +69,19 @@ class Operator(Protocol):
 
 
 class OperatorPort:
-    """Applies request to a simulation; `changes` says in sentences what was changed when."""
+    """Applies requests to a controller; `changes` says in sentences what was changed when.
 
-    def __init__(self, simulation: Simulation, operator: Operator) -> None:
-        self.operator = operator
+    Gains are those of a law that has some: of any other controller none can be changed.
+    """
+
+    def __init__(self, controller: WholeBodyController, operator: Operator) -> None:
+        self.operator, self.controller = operator, controller
         self.request = OperatorRequest()
         self.changes: list[str] = []
-        self._simulation = simulation
-        self._gains = simulation.controller.gains
-        self._kinematics = KinematicsEvaluator(simulation.robot)
+        self._law = controller.law
+        self._gains = controller.settings.gains
+        self._kinematics = KinematicsEvaluator(controller.robot)
         self._push_point = np.full(3, np.nan)
-        self._rows = [
-            f"{contact.name}/{label}"
-            for contact in simulation.setup.contacts.contacts
-            for label in contact.regulated
-        ]
-        for contact in simulation.setup.contacts.contacts:
-            names = [f"{contact.name}/{label}" for label in contact.regulated]
-            wanted = simulation.wanted_forces[contact.name]
-            simulation.wanted_forces[contact.name][:] = [
-                self._with_offset(name, one) for name, one in zip(names, wanted, strict=True)
-            ]
 
     @property
     def channels(self) -> list[Channel]:
@@ -107,24 +97,26 @@ class OperatorPort:
             ),
         ]
 
-    def before_tick(self, t: float, state: PhysicsState) -> None:
-        """Ask, and apply what is wished.
+    def before_tick(self, t: float, state: PhysicsState) -> Array | None:
+        """Ask, apply what is requested; return the generalised force (nv,) of the push, if any.
 
         Raises: `StopRequested`.
         """
         request = self.operator.before_tick(t)
         if request is not None and request != self.request:
             self._take(t, request)
+        return self._push(state)
 
-    def after_tick(self, t: float, values: dict[str, Array]) -> None:
-        """Add what was wished to the logged values and show them."""
-        gains = self._simulation.controller.gains
-        values["push"] = np.array(self.request.push, dtype=float)
-        values["push_point"] = self._push_point
-        values["gains"] = np.array(
-            [self.request.damping_factor, *(getattr(gains, name) for name in GAIN_UNITS)]
+    def after_tick(self, t: float, record: TickRecord) -> None:
+        """Add what was requested to the logged values and show them."""
+        gains = self._law.gains if self._law is not None else self._gains
+        record["push"][:] = self.request.push
+        record["push_point"][:] = self._push_point
+        record["gains"][:] = (
+            self.request.damping_factor,
+            *(getattr(gains, name) for name in GAIN_UNITS),
         )
-        self.operator.after_tick(t, values)
+        self.operator.after_tick(t, record.views)
 
     def _take(self, t: float, request: OperatorRequest) -> None:
         try:
@@ -132,50 +124,42 @@ class OperatorPort:
         except InputError as error:
             self.changes.append(f"t = {t:.3f} s: refused: {error}")
             return
-        retune(self._simulation.controller, gains)
+        if self._law is not None:
+            self._law.gains = gains
+        for row, number in self.controller.rows.items():
+            self.controller.offsets[number] = request.forces.get(row, 0.0)
         self.changes += [f"t = {t:.3f} s: {what}" for what in _differences(self.request, request)]
         self.request = request
 
     def _checked(self, request: OperatorRequest) -> ControlGains:
         for kind, names, known in (
             ("gain", request.gains, tuple(GAIN_UNITS)),
-            ("regulated row", request.forces, self._rows),
+            ("regulated row", request.forces, tuple(self.controller.rows)),
         ):
             for name in names:
                 if name not in known:
                     raise NameNotFoundError(kind, name, known)
         if any(request.push):
-            self._simulation.robot.frame_id(request.push_frame)
+            self.controller.robot.frame_id(request.push_frame)
         numbers = (*request.push, *request.forces.values())
         if not np.isfinite(numbers).all():
             raise InputError("a push or a wanted force is not finite", given=numbers)
+        K_d = request.damping_factor * np.asarray(self._gains.K_d)
         return replace(
-            self._gains, K_d=request.damping_factor * np.asarray(self._gains.K_d), **request.gains
+            self._gains,
+            K_d=K_d,
+            **request.gains,  # type: ignore[arg-type]  # names of GAIN_UNITS, numbers all
         )
 
-    def push(self, state: PhysicsState) -> Array:
+    def _push(self, state: PhysicsState) -> Array | None:
         """Return the generalised force (nv,) of the person's push at a state."""
-        robot = self._simulation.robot
         if not any(self.request.push):
-            self._push_point = np.full(3, np.nan)
-            return np.zeros(robot.nv)
-        kin = self._kinematics.at(state.q, state.v)
-        frame = robot.frame_id(self.request.push_frame)
-        self._push_point = kin.placement(frame).translation.copy()
-        J = kin.jacobian(frame)
+            self._push_point.fill(np.nan)
+            return None
+        kin = self._kinematics.at(state.q)
+        self._push_point[:] = kin.placement(self.request.push_frame).translation
+        J = kin.jacobian(self.request.push_frame)
         return J[:3].T @ np.array(self.request.push)
-
-    def _with_offset(self, name: str, wanted: Callable[[float], float]) -> Callable[[float], float]:
-        return lambda t: wanted(t) + self.request.forces.get(name, 0.0)
-
-
-def retune(controller: PassivityController, gains: ControlGains) -> None:
-    """Give a running controller other gains; its integrals and starting values stay."""
-    controller.gains = gains
-    controller.K_d = gains.damping_matrix(controller.robot.nv)
-    posture, force = controller.posture, controller.force
-    posture.alpha, posture.beta_p, posture.k_ip = gains.alpha, gains.beta_p, gains.k_ip
-    force.beta_F, force.k_iF = gains.beta_F, gains.k_iF
 
 
 def _differences(before: OperatorRequest, after: OperatorRequest) -> list[str]:

@@ -2,111 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-
-import numpy as np
-import pinocchio as pin
-
-from equipoise.collision.distances import DistanceEvaluator
 from equipoise.collision.scene import Pair
-from equipoise.contacts import ReactionMargins, SoleContact, margins_of, outline
-from equipoise.control import Command, ControlStatus
+from equipoise.contacts import ReactionMargins, SoleContact
+from equipoise.control import ControlStatus, Mode
 from equipoise.errors import InputError
 from equipoise.hqp import Status
-from equipoise.kinematics import KinematicsEvaluator
-from equipoise.motion import MotionStep
-from equipoise.physics import PhysicsState, PushedObject, PushedObjectState
-from equipoise.runlog import Channel
+from equipoise.physics import PhysicsState
+from equipoise.robots import Robot
+from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path
+from equipoise.simulation.build.assemble import Assembly
 from equipoise.simulation.build.setup import Setup
-from equipoise.spatial import Array
+from equipoise.simulation.observer import Observer
 from equipoise.tasks import AvoidanceTask, FramePoseTask, Task
+from equipoise.trajectories import TravelTrajectory
+from equipoise.wbc import WholeBodyCommand
 
 CONTROL_CODES = {ControlStatus.RUN: 0.0, ControlStatus.SATURATED: 1.0, ControlStatus.HELD: 2.0}
 HIERARCHY_CODES = {Status.SOLVED: 0.0, Status.ITERATION_LIMIT: 1.0, Status.FAILED: 2.0}
+MODE_CODES = {mode: float(code) for code, mode in enumerate(Mode)}
 
 
 class Recorder:
-    """Turns what a tick produced into the values of its channels."""
+    """Writes what a tick produced into the views of a record."""
 
-    def __init__(
-        self,
-        scenario: schema.Scenario,
-        setup: Setup,
-        levels: list[list[Task]],
-        wanted_forces: Mapping[str, list[Callable[[float], float]]],
-        sliders: Mapping[PushedObject, PushedObjectState],
-    ) -> None:
-        self.scenario, self.setup = scenario, setup
+    def __init__(self, assembly: Assembly) -> None:
+        scenario, setup, levels = assembly.scenario, assembly.setup, assembly.levels
+        self.setup, self.controller = setup, assembly.controller
         self.pairs = monitored_pairs(scenario, setup, levels)
         self.channels = channels_of(scenario, setup, levels, self.pairs)
-        self._contacts = [
-            (
-                contact.name,
-                setup.contacts.rows[contact.name],
-                wanted_forces[contact.name],
-                outline(contact.sole, contact.friction)
-                if isinstance(contact, SoleContact)
-                else None,
-            )
+        self.tasks = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
+        self._observer = Observer(
+            setup.scene, self.pairs, self.tasks, setup.contacts, setup.polygon
+        )
+        self._wanted = [
+            (contact.name, [self.controller.rows[f"{contact.name}/{r}"] for r in contact.regulated])
             for contact in setup.contacts.contacts
+            if contact.regulated
         ]
-        self._sliders = sliders
-        self._kinematics = KinematicsEvaluator(setup.robot)
-        self._distances = DistanceEvaluator(setup.scene, self.pairs)
-        self._frame_tasks = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
+        self._sliders = []
+        for slider, state in assembly.engine.sliders.items():
+            spec = scenario.contacts[slider.contact]
+            assert isinstance(spec, schema.PushContactSpec)
+            target = setup.targets[spec.slider]
+            assert isinstance(target, TravelTrajectory)
+            self._sliders.append((f"slider/{spec.slider}", state, target.travel))
 
-    def values(
-        self,
-        t: float,
-        state: PhysicsState,
-        motion: MotionStep,
-        command: Command,
-        after: PhysicsState,
-    ) -> dict[str, Array]:
-        """Return the logged values of a tick; multipliers are those that act during it."""
-        kin = self._kinematics.at(state.q, state.v)
-        com = kin.live_with_com.com.copy()
-        values = {
-            "q": state.q,
-            "v": state.v,
-            "q_ref": motion.q_ref,
-            "v_ref": motion.v_ref,
-            "tau": command.tau,
-            "dq": pin.difference(self.setup.robot.model, motion.q_ref, state.q),
-            "s": command.s,
-            "com": com,
-            "com_margin": np.array([self.setup.polygon.margin(com)]),
-            "distance": self._distances.at(kin),
-            "slack": np.array(motion.solution.slack),
-            "violation": np.array([after.violation]),
-            "status": np.array(
-                [CONTROL_CODES[command.status], HIERARCHY_CODES[motion.solution.status]]
-            ),
-        }
-        self._log_contacts(values, t, after)
-        self._log_sliders(values, t)
-        for task in self._frame_tasks:
-            values[f"error/{task.name}"] = task.error(kin, t)
-        return values
+    def write_into(self, record: TickRecord) -> None:
+        """Write into this record from now on."""
+        self._observer.write_into(record)
+        views = record.views
+        self._violation, self._status = views["violation"], views["status"]
+        self._mode, self._slack = views["mode"], views["slack"]
+        self._wanted_views = [(name, views[f"lam_ref/{name}"], rows) for name, rows in self._wanted]
+        self._slider_views = [
+            (views[name], slider, travel) for name, slider, travel in self._sliders
+        ]
 
-    def _log_contacts(self, values: dict[str, Array], t: float, after: PhysicsState) -> None:
-        holding = self.setup.schedule.at(t).rows
-        for name, rows, wanted, sole in self._contacts:
-            lam = after.lam[rows]
-            values[f"lam/{name}"] = lam
-            if wanted:
-                forces = [force(t) for force in wanted] if name in holding else [0.0] * len(wanted)
-                values[f"lam_ref/{name}"] = np.array(forces)
-            if sole is not None:
-                values[f"margin/{name}"] = np.array(margins_of(lam, sole))
-
-    def _log_sliders(self, values: dict[str, Array], t: float) -> None:
-        for slider, state in self._sliders.items():
-            spec = self.scenario.contacts[slider.contact]
-            target = self.setup.targets[spec.slider]
-            values[f"slider/{spec.slider}"] = np.array([state.travel, target.travel(t)[0]])
+    def write(
+        self, t: float, state: PhysicsState, command: WholeBodyCommand, after: PhysicsState
+    ) -> None:
+        """Fill the record of a tick; multipliers are those that act during it."""
+        self._observer.look(t, state.q, state.v, command.result, after.lam)
+        self._violation[0] = after.violation
+        self._status[0] = CONTROL_CODES[command.status]
+        self._status[1] = HIERARCHY_CODES[command.motion_status]
+        self._mode[0] = MODE_CODES[command.mode]
+        self.controller.motion.measure_levels(self._slack)
+        if self._wanted_views:
+            held, wanted = self.setup.schedule.at(t).rows, self.controller.wanted
+            for name, view, rows in self._wanted_views:
+                view[:] = wanted[rows] if name in held else 0.0
+        for view, slider, travel in self._slider_views:
+            view[:] = slider.travel, travel(t)[0]
 
 
 def monitored_pairs(
@@ -131,19 +100,8 @@ def channels_of(
     scenario: schema.Scenario, setup: Setup, levels: list[list[Task]], pairs: list[Pair]
 ) -> list[Channel]:
     """Return the channels that a run of the scenario logs."""
-    robot = setup.robot
-    q_labels = ("x", "y", "z", "qx", "qy", "qz", "qw", *robot.joint_names)
-    q_units = ("m", "m", "m", "", "", "", "", *("rad",) * robot.na)
-    v_units = (*("m/s",) * 3, *("rad/s",) * (robot.na + 3))
-    dq_units = (*("m",) * 3, *("rad",) * (robot.na + 3))
     channels = [
-        Channel("q", q_labels, q_units, "measured configuration, quaternion xyzw"),
-        Channel("v", robot.velocity_names, v_units, "measured velocity, base in base axes"),
-        Channel("q_ref", q_labels, q_units, "reference configuration"),
-        Channel("v_ref", robot.velocity_names, v_units, "reference velocity"),
-        Channel("tau", robot.joint_names, "N m", "commanded joint torques"),
-        Channel("dq", robot.velocity_names, dq_units, "posture error q (-) q_ref"),
-        Channel("s", robot.velocity_names, v_units, "extended error (21)"),
+        *_state_channels(setup.robot),
         Channel("com", ("x", "y", "z"), "m", "centre of mass, world axes"),
         Channel("com_margin", ("edge",), "m", "distance of the CoM projection to the polygon"),
         Channel("distance", tuple(p.name for p in pairs), "m", "distances of monitored pairs"),
@@ -155,6 +113,7 @@ def channels_of(
             "",
             "control: 0 run, 1 saturated, 2 held; hierarchy: 0 solved, 1 limit, 2 failed",
         ),
+        Channel("mode", ("supervisor",), "", "0 run, 1 degraded, 2 safe, 3 stopped"),
     ]
     for contact in setup.contacts.contacts:
         name = contact.name
@@ -176,7 +135,7 @@ def channels_of(
                 )
             )
     for name in scenario.world.sliders:
-        doc = "way of the pushed object, and the wanted one"
+        doc = "path of the pushed object, and the wanted one"
         channels.append(Channel(f"slider/{name}", ("travel", "wanted"), "m", doc))
     for level in levels:
         for task in level:
@@ -185,3 +144,20 @@ def channels_of(
                     Channel(f"error/{task.name}", task.labels, task.units, "task error, world axes")
                 )
     return channels
+
+
+def _state_channels(robot: Robot) -> list[Channel]:
+    q_labels = (*robot.base_position_names, *robot.joint_names)
+    q_units = (*robot.base_position_units, *("rad",) * robot.na)
+    v_units = (*robot.base_velocity_units, *("rad/s",) * robot.na)
+    dq_units = (*(unit.removesuffix("/s") for unit in robot.base_velocity_units),
+                *("rad",) * robot.na)  # fmt: skip
+    return [
+        Channel("q", q_labels, q_units, "measured configuration, quaternion xyzw"),
+        Channel("v", robot.velocity_names, v_units, "measured velocity, base in base axes"),
+        Channel("q_ref", q_labels, q_units, "reference configuration"),
+        Channel("v_ref", robot.velocity_names, v_units, "reference velocity"),
+        Channel("tau", robot.joint_names, "N m", "commanded joint torques"),
+        Channel("dq", robot.velocity_names, dq_units, "posture error q (-) q_ref"),
+        Channel("s", robot.velocity_names, v_units, "extended error (21)"),
+    ]

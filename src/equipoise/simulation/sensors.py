@@ -106,7 +106,9 @@ class SensorSuite:
         self._last: Reading | None = None
         self._origin: Array | None = None
 
-    def _entries(self, silence: Silence, contacts: ContactStack) -> tuple[list, list, list]:
+    def _entries(
+        self, silence: Silence, contacts: ContactStack
+    ) -> tuple[list[int], list[int], list[int]]:
         """Return the silent entries of q, v and lam."""
         robot, name = self.robot, silence.sensor
         if name == BASE:

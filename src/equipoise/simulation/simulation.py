@@ -1,4 +1,4 @@
-"""A scenario made ready to run: motion generator, controller and engine wired, tick by tick."""
+"""A scenario made ready to run: controller and plant wired, tick by tick."""
 
 from __future__ import annotations
 
@@ -7,170 +7,85 @@ from time import perf_counter_ns
 
 import numpy as np
 
-from equipoise.compiled.compilation import announce
-from equipoise.contacts import ContactStack
-from equipoise.control import (
-    Command,
-    GainAdvice,
-    PassivityController,
-    ReactionBounds,
-    Target,
-    advise_gains,
-)
-from equipoise.hqp import make_solver
-from equipoise.kinematics import Kinematics, KinematicsEvaluator
-from equipoise.motion import MotionStep, solve_posture
 from equipoise.physics import PhysicsState
-from equipoise.runlog import Channel
+from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
-from equipoise.simulation.build.checks import check_contacts, check_waypoints
-from equipoise.simulation.build.engines import make_engine
-from equipoise.simulation.build.fades import make_generator
-from equipoise.simulation.build.forces import wanted_forces
-from equipoise.simulation.build.gains import gains_of, to_control_gains
-from equipoise.simulation.build.levels import APPROACH_TIME, build_levels, build_start_levels
-from equipoise.simulation.build.setup import build_setup
+from equipoise.simulation.build.assemble import Assembly, assemble
 from equipoise.simulation.object_log import ObjectLog
 from equipoise.simulation.operator import Operator, OperatorPort
 from equipoise.simulation.recorder import Recorder
-from equipoise.simulation.robot_interface import SimulatedRobot
-from equipoise.spatial import Array
-from equipoise.tasks import FramePoseTask
+from equipoise.wbc import WholeBodyCommand
 
 
 class Simulation:
-    """Everything of one run; `ticks` runs it and yields what is logged.
+    """A run: `ticks` runs it and yields what is logged.
 
     Building it finds the starting posture, so it takes a moment.
     Raises: `ScenarioError`, `PostureNotFoundError`.
     """
 
     def __init__(self, scenario: schema.Scenario) -> None:
-        announce()
-        self.scenario = scenario
-        self.setup = build_setup(scenario)
-        self.robot = self.setup.robot
-        check_waypoints(scenario, self.setup)
-        self.levels = build_levels(scenario, self.setup)
-        self.q_start = self._starting_posture()
-        check_contacts(self.setup, self.q_start, self.setup.reference_schedule.at(0.0))
-        self.gains = gains_of(scenario)
-        self.advice = self._advice()
-        self.wanted_forces = wanted_forces(scenario, self.setup)
+        self.assembly: Assembly = assemble(scenario)
+        self.scenario, self.setup = scenario, self.assembly.setup
+        self.robot, self.levels = self.setup.robot, self.assembly.levels
+        self.controller, self.plant = self.assembly.controller, self.assembly.plant
+        self.engine = self.assembly.engine
         self.dt = scenario.control.period
         self.steps = round(scenario.duration / self.dt)
-        self.motion = make_generator(scenario, self.setup, self.levels, self.q_start)
-        self.controller = PassivityController(
-            self.robot,
-            self.setup.schedule.at(0.0),
-            to_control_gains(self.gains, self.advice),
-            self.dt,
-            bounds=ReactionBounds() if scenario.control.distribution == "bounded" else None,
-        )
-        self.engine = make_engine(scenario, self.setup, self.q_start)
-        self.robot_interface = SimulatedRobot(
-            scenario, self.robot, self.setup.contacts, self.controller
-        )
         self.objects = ObjectLog(self.engine)
-        if scenario.control.start == "standing":
-            self.controller.take_over(self.engine.stand())
+        self.recorder = Recorder(self.assembly)
         self.tick_ns = np.zeros((self.steps, 2), dtype=np.int64)
         self.operator_port: OperatorPort | None = None
-        self.recorder = Recorder(
-            scenario, self.setup, self.levels, self.wanted_forces, self.engine.sliders
-        )
-
-    def _starting_posture(self) -> Array:
-        solver = make_solver(self.scenario.control.solver)
-        q, t_from = self.robot.q_half_sitting, -APPROACH_TIME
-        for with_avoidance in (False, True):
-            levels = build_start_levels(self.scenario, self.setup, with_avoidance=with_avoidance)
-            must_hold = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
-            q = solve_posture(
-                self.robot,
-                levels,
-                solver,
-                q,
-                t_from=t_from,
-                must_hold=must_hold if with_avoidance else (),
-                tolerance=1e-5 if with_avoidance else 1e-2,
-            )
-            t_from = 0.0
-        return q
-
-    def _advice(self) -> GainAdvice:
-        gains, physics = self.gains, self.scenario.physics
-        return advise_gains(
-            self.robot,
-            self.setup.contacts,
-            self.q_start,
-            self.scenario.control.period,
-            alpha=gains.alpha,
-            kappa=gains.kappa,
-            rotor_inertia=physics.mujoco.armature if physics.engine == "mujoco" else 0.0,
-        )
+        self._command: WholeBodyCommand | None = None
 
     @property
     def channels(self) -> list[Channel]:
         """What every tick logs."""
-        steered = self.operator_port.channels if self.operator_port is not None else []
-        return (
-            self.recorder.channels + self.robot_interface.channels + self.objects.channels + steered
-        )
+        operated = self.operator_port.channels if self.operator_port is not None else []
+        return self.recorder.channels + self.plant.channels + self.objects.channels + operated
 
     @property
     def story(self) -> tuple[str, ...]:
         """What a person changed and what the supervisor did, in sentences."""
         changes = self.operator_port.changes if self.operator_port is not None else []
-        return (*changes, *self.robot_interface.story)
+        return (*changes, *self.controller.story)
 
-    def steer(self, operator: Operator) -> None:
+    def operate(self, operator: Operator) -> None:
         """Let someone change pushes, gains and wanted forces while it runs."""
-        self.operator_port = OperatorPort(self, operator)
+        self.operator_port = OperatorPort(self.controller, operator)
 
-    def ticks(self) -> Iterator[tuple[float, dict[str, Array]]]:
-        """Run; yield time and logged values of each tick. `lam` acts during the tick.
+    def ticks(self, record: TickRecord | None = None) -> Iterator[tuple[float, TickRecord]]:
+        """Run; yield time and record of each tick. `lam` acts during the tick.
 
+        Without a `record` of these channels one is made; the next tick overwrites it.
         Raises: `DivergedError`, `StopRequested`.
         """
-        state = self.engine.state
+        state, port = self.engine.state, self.operator_port
+        record = record or TickRecord(self.channels)
+        self.recorder.write_into(record)
         for k in range(self.steps):
             t = k * self.dt
-            if self.operator_port is not None:
-                self.operator_port.before_tick(t, state)
+            pushed = port.before_tick(t, state) if port is not None else None
             began = perf_counter_ns()
-            motion = self.motion.step(t)
-            command = self._control(t, state, motion)
+            command = self._control(t, state)
             controlled = perf_counter_ns()
-            after = self._advance(t, state, command)
+            after = self.plant.write(command.tau, state, pushed)
             self.tick_ns[k] = controlled - began, perf_counter_ns() - controlled
-            values = (
-                self.recorder.values(t, state, motion, command, after)
-                | self.robot_interface.values()
-            )
-            values |= self.objects.values()
-            if self.operator_port is not None:
-                self.operator_port.after_tick(t, values)
-            yield t, values
+            self.recorder.write(t, state, command, after)
+            self.plant.write_readings(record)
+            self.objects.write(record)
+            if port is not None:
+                port.after_tick(t, record)
+            yield t, record
             state = after
 
-    def _control(self, t: float, state: PhysicsState, motion: MotionStep) -> Command:
-        contacts = self.setup.schedule.at(t)
-        if contacts is not self.controller.contacts:
-            self.controller.switch(contacts)
-        target = Target(motion.q_ref, motion.v_ref, self._lam_ref(t, contacts))
-        return self.robot_interface.control(t, state, target)
-
-    def _advance(self, t: float, state: PhysicsState, command: Command) -> PhysicsState:
-        wished = self.operator_port.push(state) if self.operator_port is not None else 0.0
-        self.engine.external = wished + self.robot_interface.faults.external(t, state.q, state.v)
-        return self.engine.step(self.robot_interface.applied(command))
-
-    def _lam_ref(self, t: float, contacts: ContactStack) -> Array:
-        return np.array(
-            [wanted(t) for name in contacts.rows for wanted in self.wanted_forces[name]]
-        )
-
-    def kinematics(self, q: Array) -> Kinematics:
-        """Return the kinematics of the nominal robot at `q` (nq,), at rest."""
-        return KinematicsEvaluator(self.robot).at(q, np.zeros(self.robot.nv))
+    def _control(self, t: float, state: PhysicsState) -> WholeBodyCommand:
+        """Return the command at time `t` [s]: measured, supervised, perhaps a tick too late."""
+        controller, plant = self.controller, self.plant
+        reading = plant.read(state)
+        if self._command is not None and plant.tick_is_missed():
+            self._command = controller.hold(t, self._command)
+            return self._command
+        held = plant.multipliers(reading, self.setup.schedule.at(t))
+        self._command = controller.step(t, reading.q, reading.v, held)
+        return self._command

@@ -1,5 +1,27 @@
 """SE(3) and SO(3): thin functions over Pinocchio, their kernels, rotation parameters."""
 
-from equipoise.spatial.se3 import Array, pose, pose_row, skew, velocity_transport
+from equipoise.spatial.hull import convex_hull
+from equipoise.spatial.se3 import (
+    POSE_SIZE,
+    TWIST_SIZE,
+    Array,
+    Indices,
+    Mask,
+    pose,
+    pose_row,
+    skew,
+    velocity_transport,
+)
 
-__all__ = ["Array", "pose", "pose_row", "skew", "velocity_transport"]
+__all__ = [
+    "POSE_SIZE",
+    "TWIST_SIZE",
+    "Array",
+    "Indices",
+    "Mask",
+    "convex_hull",
+    "pose",
+    "pose_row",
+    "skew",
+    "velocity_transport",
+]

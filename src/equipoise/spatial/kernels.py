@@ -9,8 +9,7 @@ import math
 
 import numpy as np
 
-from equipoise.compiled.compilation import compiled, inlined
-from equipoise.compiled.scratch import scratch, scratch_matrix
+from equipoise.compiled import compiled, inlined, scratch, scratch_matrix
 
 
 @inlined
@@ -124,3 +123,12 @@ def compose(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
         out[3 * k], out[3 * k + 1], out[3 * k + 2] = turned(A, B[3 * k], B[3 * k + 1], B[3 * k + 2])
     x, y, z = turned(A, B[9], B[10], B[11])
     out[9], out[10], out[11] = A[9] + x, A[10] + y, A[11] + z
+
+
+@inlined
+def quaternion_matrix(x: float, y: float, z: float, w: float, T: np.ndarray) -> None:
+    """Write the rotation of a quaternion xyzw into a pose row; it may be off unit length."""
+    two = 2.0 / (x * x + y * y + z * z + w * w)
+    T[0], T[1], T[2] = 1.0 - two * (y * y + z * z), two * (x * y + w * z), two * (x * z - w * y)
+    T[3], T[4], T[5] = two * (x * y - w * z), 1.0 - two * (x * x + z * z), two * (y * z + w * x)
+    T[6], T[7], T[8] = two * (x * z + w * y), two * (y * z - w * x), 1.0 - two * (x * x + y * y)

@@ -6,12 +6,16 @@ Conventions: `T_a_b` maps coordinates in b to coordinates in a; a twist is (line
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.integer[Any]]
+Mask = NDArray[np.bool_]
+POSE_SIZE, TWIST_SIZE = 7, 6  # numbers of a pose (position, quaternion xyzw) and of a twist
 
 
 def pose(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> pin.SE3:
@@ -37,11 +41,11 @@ def velocity_transport(q: Array, q_ref: Array, v_ref: Array) -> Array:
 
     Args: `q`, `q_ref` (nq,) free-flyer configurations; `v_ref` (nv,), its first six entries the
     base twist in base axes of `q_ref`. Returns `Ad v_ref` (nv,): the same motion of the base as
-    seen from the base frame of `q`, so that `v - Ad v_ref` is a difference of like things.
+    seen from the base frame of `q`, so that `v - Ad v_ref` compares like with like.
     """
-    T_world_base = pin.XYZQUATToSE3(q[:7])
-    T_world_ref = pin.XYZQUATToSE3(q_ref[:7])
+    T_world_base = pin.XYZQUATToSE3(q[:POSE_SIZE])
+    T_world_ref = pin.XYZQUATToSE3(q_ref[:POSE_SIZE])
     v = v_ref.copy()
-    twist = T_world_base.actInv(T_world_ref).act(pin.Motion(v_ref[:6]))
-    v[:6] = twist.vector
+    twist = T_world_base.actInv(T_world_ref).act(pin.Motion(v_ref[:TWIST_SIZE]))
+    v[:TWIST_SIZE] = twist.vector
     return v

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 
-from equipoise.hqp import Rows
+from equipoise.errors import InputError
+from equipoise.hqp import Block, Hierarchy, RowDescription, Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
-from equipoise.trajectories.poses import PoseTrajectory
+from equipoise.tasks.view import GIVEN
+from equipoise.trajectories import PoseTrajectory
 
 
 class Task(ABC):
     """Produces rows `lower <= A v <= upper` for the velocity v of the robot.
 
-    A task is immutable; its targets are trajectories given at construction. A task of your own in
-    plain Python derives from this class; one with a kernel from `CompiledTask`.
+    A task of your own in plain Python derives from this class; one with a kernel from
+    `KernelTask`.
     """
+
+    kind: ClassVar[int] = GIVEN
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -43,51 +49,75 @@ class Task(ABC):
     def units(self) -> tuple[str, ...]:
         """Unit of each component of `error`."""
 
-
-class CompiledTask(Task):
-    """A task that writes its rows straight into the hierarchy's memory, by kernels."""
-
-    row_unit: str
-
-    def row_labels(self, t: float) -> tuple[str, ...]:
-        """Return the name of each row at time `t` [s]; the same object while nothing changes."""
-        return self.labels
-
-    @abstractmethod
-    def fill(
-        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
-    ) -> None:
-        """Write `len(row_labels(t))` rows, every entry of them, from row `at` on."""
-
-    def rows(self, kin: Kinematics, t: float) -> Rows:
-        """Return the rows at the state of `kin` and time `t` [s]."""
-        labels = self.row_labels(t)
-        m = len(labels)
-        A, lower, upper = np.empty((m, kin.robot.nv)), np.empty(m), np.empty(m)
-        self.fill(kin, t, A, lower, upper, 0)
-        return Rows(self.name, self.row_unit, labels, A, lower, upper)
+    def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
+        """Return what a person calls each row of the task's block in a hierarchy."""
+        return tuple(
+            RowDescription.both(f"{block.name}/{label}", block.unit) for label in block.labels
+        )
 
 
-class KernelTask(CompiledTask):
-    """A task whose rows come from a kernel, together with those of others (`TaskProgram`).
+class KernelTask(Task):
+    """A task whose rows come from a kernel, `kind` telling `program` which.
 
-    It says which `kernel`, and what that needs: a `frame`, a `rate` [1/s], a `target`, `numbers`.
+    It says which `frame` (None: none) it is about, its `target`, its `rate` [1/s] and other
+    `numbers`. Its rows never change in number. `alone` calls its kernel for one task, made by
+    `alone_of`.
     """
 
-    kernel: str
+    row_unit: str
     rate: float
-    frame: int = 0
+    frame: str | int | None = None
     target: PoseTrajectory | None = None
+    alone: ClassVar[Callable[..., None]]
 
     @property
     def numbers(self) -> Array:
-        """What else the kernel needs, one after the other."""
+        """What else the kernel needs (k,)."""
         return np.zeros(0)
 
-    def fill(
-        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
-    ) -> None:
-        """Write the rows from row `at` on."""
-        from equipoise.tasks.program import TaskProgram  # it knows all kinds of tasks
+    @property
+    def row_labels(self) -> tuple[str, ...]:
+        """Name of each row."""
+        return self.labels
 
-        TaskProgram([self], [at]).fill(kin, t, A, lower, upper)
+    def write_constants(self, A: Array, robot: Any) -> None:
+        """Write what never changes in the task's rows `A` (m, nv), which are zero at first."""
+
+    def rows(self, kin: Kinematics, t: float) -> Rows:
+        """Return the rows at the state of `kin` and time `t` [s]."""
+        m = len(self.row_labels)
+        A, lower, upper = np.zeros((m, kin.robot.nv)), np.empty(m), np.empty(m)
+        self.write_constants(A, kin.robot)
+        workspace = kin.with_frames(() if self.frame is None else (self.frame,))
+        target = np.zeros(18) if self.target is None else self.target.row(t)
+        type(self).alone(
+            workspace.floats, workspace.integers, workspace.tables, target, float(self.rate),
+            self.numbers, A, lower, upper,
+        )  # fmt: skip
+        return Rows(self.name, self.row_unit, self.row_labels, A, lower, upper)
+
+
+def describe_rows(tasks: Sequence[Task], hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
+    """Return what a person calls every row [m] of a hierarchy that these tasks were asked for."""
+    by_name = {task.name: task for task in tasks}
+    described: list[RowDescription] = []
+    for block in hierarchy.blocks:
+        task = by_name.get(block.name)
+        plain = (RowDescription.both(f"{block.name}/{label}", block.unit) for label in block.labels)
+        described += plain if task is None else task.describe(block, hierarchy)
+    return tuple(described)
+
+
+def by_component(task: KernelTask, block: Block) -> tuple[RowDescription, ...]:
+    """Return descriptions of rows that are rates of the components of a task's error."""
+    units = dict(zip(task.labels, task.units, strict=True))
+    return tuple(
+        RowDescription.both(task.name, f"{units[label]}/s", task.rate) for label in block.labels
+    )
+
+
+def require_rate(name: str, rate: float) -> float:
+    """Return a rate [1/s] that is finite and positive. Raises: `InputError`."""
+    if not (np.isfinite(rate) and rate > 0.0):
+        raise InputError(f"the rate of task {name!r} must be finite and positive", given=rate)
+    return float(rate)

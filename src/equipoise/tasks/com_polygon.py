@@ -4,11 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compiled.compilation import compiled
+from equipoise.compiled import compiled
+from equipoise.compiled.workspace import matrix, vector
 from equipoise.contacts import SupportPolygon
+from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
+from equipoise.kinematics.kernels import COM, COM_ROWS
 from equipoise.spatial import Array
-from equipoise.tasks.base import KernelTask
+from equipoise.tasks.alone import alone_of
+from equipoise.tasks.base import KernelTask, require_rate
+from equipoise.tasks.view import COM_POLYGON, TaskView
+
+
+@compiled
+def com_rows(task: TaskView) -> None:
+    """Write `n . J_com v <= rate * (offset - n . com)` for each edge (n_x, n_y, offset)."""
+    com, J_com, edges = vector(task.state, COM), matrix(task.state, COM_ROWS), task.numbers
+    A, at = task.A, task.at
+    for i in range(edges.shape[0] // 3):
+        nx, ny, offset = edges[3 * i], edges[3 * i + 1], edges[3 * i + 2]
+        for c in range(J_com.shape[1]):
+            A[at + i, c] = nx * J_com[0, c] + ny * J_com[1, c]
+        task.lower[at + i] = -np.inf
+        task.upper[at + i] = task.rate * (offset - nx * com[0] - ny * com[1])
 
 
 class ComPolygonTask(KernelTask):
@@ -20,7 +38,8 @@ class ComPolygonTask(KernelTask):
     """
 
     row_unit = "m/s"
-    kernel = "com_polygon"
+    kind = COM_POLYGON
+    alone = staticmethod(alone_of("com", com_rows))
 
     def __init__(
         self, name: str, polygon: SupportPolygon, *, margin: float = 0.02, rate: float = 10.0
@@ -28,7 +47,7 @@ class ComPolygonTask(KernelTask):
         super().__init__(name)
         self.polygon = polygon
         self.margin = margin
-        self.rate = rate
+        self.rate = require_rate(name, rate)
         self._labels = tuple(f"edge{i}" for i in range(len(polygon.offsets)))
 
     @property
@@ -45,31 +64,17 @@ class ComPolygonTask(KernelTask):
     def numbers(self) -> Array:
         """The normal (2) and the offset of each edge, moved in by the margin."""
         edges = self.polygon
-        return np.column_stack((edges.normals, edges.offsets - self.margin))
+        return np.column_stack((edges.normals, edges.offsets - self.margin)).ravel()
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [m] the centre of mass is beyond each edge moved in by the margin."""
-        return np.maximum(0.0, self.margin - self._room(kin))
+        edges = self.polygon
+        inside = edges.offsets - edges.normals @ kin.p_world_com[:2]
+        return np.maximum(0.0, self.margin - inside)
 
-    def _room(self, kin: Kinematics) -> Array:
-        return self.polygon.offsets - self.polygon.normals @ kin.p_world_com[:2]
-
-
-@compiled
-def com_rows(
-    com: np.ndarray,
-    J_com: np.ndarray,
-    edges: np.ndarray,
-    rate: float,
-    A: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    at: int,
-) -> None:
-    """Write `n . J_com v <= rate * (offset - n . com)` for each edge (n_x, n_y, offset)."""
-    for i in range(edges.shape[0] // 3):
-        nx, ny, offset = edges[3 * i], edges[3 * i + 1], edges[3 * i + 2]
-        for c in range(J_com.shape[1]):
-            A[at + i, c] = nx * J_com[0, c] + ny * J_com[1, c]
-        lower[at + i] = -np.inf
-        upper[at + i] = rate * (offset - nx * com[0] - ny * com[1])
+    def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
+        """Return what a person calls each row."""
+        return tuple(
+            RowDescription.both(f"the {label} of the support polygon", "m/s", self.rate)
+            for label in block.labels
+        )

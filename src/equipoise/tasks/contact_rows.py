@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compiled.compilation import entrance
-from equipoise.contacts import ContactRows, ContactSchedule, ContactStack
+from equipoise.contacts import ContactSchedule, ContactStack
+from equipoise.hqp import Block, Hierarchy, RowDescription, Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
-from equipoise.tasks.base import CompiledTask
+from equipoise.tasks.base import Task, require_rate
 
 
-class ContactTask(CompiledTask):
+class ContactTask(Task):
     """Rows `J_phi v = nu_c - rate * phi`: along the contacts, drift of the reference corrected.
 
+    In a tick the rows come from the contacts' own kernels (see `motion.program`).
     Source: eqs. (13), (16). Differs from the print: instead of projecting the answer of the
     hierarchy afterwards, which can break the inequalities just enforced, the rows are its highest
     level, so that (16) changes nothing any more.
@@ -28,64 +29,45 @@ class ContactTask(CompiledTask):
         if isinstance(contacts, ContactStack):
             contacts = ContactSchedule(contacts.contacts, {})
         self.schedule = contacts
-        self.rate = rate
-        self._labels = {stack: _row_names(stack) for stack in contacts.stacks}
-        self._all = ContactStack(contacts.contacts)
-        self._rows: dict[ContactStack, ContactRows] = {}
+        self.rate = require_rate(name, rate)
+        self.stack = ContactStack(contacts.contacts)
 
     @property
     def labels(self) -> tuple[str, ...]:
         """Contact and row, of every contact that ever holds."""
-        return _row_names(self._all)
+        return _row_names(self.stack)
 
     @property
     def units(self) -> tuple[str, ...]:
         """Metres and radians: what the residual of each row is measured in."""
-        multipliers = [unit for contact in self._all.contacts for unit in contact.units]
+        multipliers = [unit for contact in self.stack.contacts for unit in contact.units]
         return tuple("rad" if unit == "N m" else "m" for unit in multipliers)
 
-    def row_labels(self, t: float) -> tuple[str, ...]:
-        """Return contact and row of those that hold at time `t` [s]."""
-        return self._labels[self.schedule.at(t)]
-
-    def fill(
-        self, kin: Kinematics, t: float, A: Array, lower: Array, upper: Array, at: int
-    ) -> None:
-        """Write the equality rows of the contacts that hold at time `t` [s]."""
-        stack = self.schedule.at(t)
-        rows = self._rows.get(stack)
-        if rows is None:
-            rows = self._rows[stack] = ContactRows.of_size(stack.size, kin.robot.nv)
-        stack.fill(kin, rows)
-        contact_task_rows(rows.J, rows.rate, rows.residual, self.rate, A, lower, upper, at)
+    def rows(self, kin: Kinematics, t: float) -> Rows:
+        """Return the equality rows of the contacts that hold at time `t` [s]."""
+        held = self.schedule.at(t)
+        bound = held.rate(kin) - self.rate * held.residual(kin)
+        return Rows(
+            self.name, self.row_unit, _row_names(held), held.jacobian(kin), bound, bound.copy()
+        )
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return the residual phi (r,) of every contact, zero where it does not hold at `t` [s]."""
         held = self.schedule.at(t)
-        residuals = held.split(held.residual(kin))
-        error = np.zeros(self._all.size)
-        for name, residual in residuals.items():
-            error[self._all.rows[name]] = residual
+        error = np.zeros(self.stack.size)
+        for name, residual in held.split(held.residual(kin)).items():
+            error[self.stack.rows[name]] = residual
         return error
 
-
-@entrance
-def contact_task_rows(
-    J: np.ndarray,
-    contact_rate: np.ndarray,
-    residual: np.ndarray,
-    rate: float,
-    A: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    at: int,
-) -> None:
-    """Write `J_phi v = nu_c - rate * phi`."""
-    for i in range(J.shape[0]):
-        for c in range(J.shape[1]):
-            A[at + i, c] = J[i, c]
-        lower[at + i] = contact_rate[i] - rate * residual[i]
-        upper[at + i] = lower[at + i]
+    def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
+        """Return what a person calls each row."""
+        units = dict(zip(self.labels, self.units, strict=True))
+        return tuple(
+            RowDescription.both(
+                f"the contact {label.split('/')[0]}", f"{units[label]}/s", self.rate
+            )
+            for label in block.labels
+        )
 
 
 def _row_names(stack: ContactStack) -> tuple[str, ...]:

@@ -3,14 +3,37 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 
-from equipoise.compiled.compilation import compiled, entrance
+from equipoise.compiled import compiled
+from equipoise.compiled.workspace import integers, matrix
+from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import frame_rows
+from equipoise.kinematics.kernels import FRAMES, frame_rows
+from equipoise.kinematics.tree import FRAME_JOINT
 from equipoise.spatial import Array
 from equipoise.spatial.kernels import rotation_difference
-from equipoise.tasks.base import KernelTask
-from equipoise.trajectories.poses import PoseTrajectory
+from equipoise.tasks.alone import alone_of
+from equipoise.tasks.base import KernelTask, by_component, require_rate
+from equipoise.tasks.view import FRAME_POSE, TaskView
+from equipoise.trajectories import PoseTrajectory
+
+
+@compiled
+def frame_pose_rows(task: TaskView) -> None:
+    """Write `J v = twist_ref + rate * error` of a frame."""
+    T, target, rate = matrix(task.state, FRAMES)[task.frame], task.target, task.rate
+    joint = integers(task.tree, FRAME_JOINT)[task.frame]
+    lower, upper, at = task.lower, task.upper, task.at
+    frame_rows(task.tree, task.state, joint, T, task.A, at)
+    rx, ry, rz = rotation_difference(target, T)
+    for i in range(3):
+        lower[at + i] = target[12 + i] + rate * (target[9 + i] - T[9 + i])
+    lower[at + 3] = target[15] + rate * rx
+    lower[at + 4] = target[16] + rate * ry
+    lower[at + 5] = target[17] + rate * rz
+    for i in range(at, at + 6):
+        upper[i] = lower[i]
 
 
 class FramePoseTask(KernelTask):
@@ -22,53 +45,26 @@ class FramePoseTask(KernelTask):
     """
 
     row_unit = "m/s, rad/s"
-    kernel = "frame_pose"
+    kind = FRAME_POSE
+    alone = staticmethod(alone_of("frame_pose", frame_pose_rows))
 
     def __init__(
-        self, name: str, frame_id: int, target: PoseTrajectory, *, rate: float = 10.0
+        self, name: str, frame: str | int, target: PoseTrajectory, *, rate: float = 10.0
     ) -> None:
         super().__init__(name)
-        self.frame_id = self.frame = frame_id
-        self.target = target
-        self.rate = rate
+        self.frame: str | int = frame
+        self.target: PoseTrajectory = target
+        self.rate = require_rate(name, rate)
 
     labels = ("x", "y", "z", "rx", "ry", "rz")
     units = ("m", "m", "m", "rad", "rad", "rad")
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return (6,): position [m] and rotation vector [rad] to the target, world axes."""
-        error = np.empty(6)
-        pose_difference(self.target.row(t), kin.live.frames[self.frame_id], error)
-        return error
+        T, wanted = kin.placement(self.frame), self.target.at(t).T_world_target
+        turn = pin.log3(wanted.rotation @ T.rotation.T)
+        return np.concatenate((wanted.translation - T.translation, turn))
 
-
-@compiled
-def pose_task_rows(
-    columns: np.ndarray,
-    carried: np.ndarray,
-    T: np.ndarray,
-    target: np.ndarray,
-    rate: float,
-    A: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    at: int,
-) -> None:
-    """Write `J v = twist_ref + rate * error` of a frame at T; `target` [18] is pose and twist."""
-    frame_rows(columns, carried, T, A, at)
-    rx, ry, rz = rotation_difference(target, T)
-    for i in range(3):
-        lower[at + i] = target[12 + i] + rate * (target[9 + i] - T[9 + i])
-    lower[at + 3] = target[15] + rate * rx
-    lower[at + 4] = target[16] + rate * ry
-    lower[at + 5] = target[17] + rate * rz
-    for i in range(at, at + 6):
-        upper[i] = lower[i]
-
-
-@entrance
-def pose_difference(target: np.ndarray, T: np.ndarray, error: np.ndarray) -> None:
-    """Write to `error` [6] what carries the pose row T to `target`, in world axes."""
-    for i in range(3):
-        error[i] = target[9 + i] - T[9 + i]
-    error[3], error[4], error[5] = rotation_difference(target, T)
+    def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
+        """Return what a person calls each row."""
+        return by_component(self, block)

@@ -2,26 +2,51 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 
-from equipoise.compiled.compilation import compiled
+from equipoise.compiled import compiled
+from equipoise.compiled.workspace import integers, vector
+from equipoise.errors import InputError
+from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import joint_rows
+from equipoise.kinematics.kernels import Q
+from equipoise.kinematics.tree import FIRST_Q, KIND
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks.base import KernelTask
+from equipoise.tasks.alone import alone_of
+from equipoise.tasks.base import KernelTask, require_rate
+from equipoise.tasks.joint_rows import write_joint_rows
+from equipoise.tasks.view import JOINT_LIMITS, TaskView, first_actuated
+
+
+@compiled
+def limit_rows(task: TaskView) -> None:
+    """Write the bounds of each joint's velocity; the numbers are `JointLimitsTask.numbers`."""
+    q, first_q, numbers = vector(task.state, Q), integers(task.tree, FIRST_Q), task.numbers
+    first, na = first_actuated(task.tree), numbers.shape[0] // 3
+    for j in range(first, integers(task.tree, KIND).shape[0]):
+        i = j - first
+        angle, v_max = q[first_q[j]], numbers[2 * na + i]
+        low, high = task.rate * (numbers[i] - angle), task.rate * (numbers[na + i] - angle)
+        task.lower[task.at + i] = min(max(low, -v_max), v_max)
+        task.upper[task.at + i] = min(max(high, -v_max), v_max)
 
 
 class JointLimitsTask(KernelTask):
-    """Bound each joint velocity by the velocity limit and by the room to the position limits.
+    """Bound each joint velocity by the velocity limit and by the margin to the position limits.
 
     `rate * (q_min + margin - q) <= v <= rate * (q_max - margin - q)`: a limit moved in by
     `margin` [rad] is approached exponentially and not crossed while `rate * dt <= 1`.
     `velocity_share` in (0, 1] is the part of the velocity limit that may be used.
+    Raises: `InputError` for a negative margin or a share outside (0, 1].
     """
 
     row_unit = "rad/s"
-    kernel = "joint_limits"
+    kind = JOINT_LIMITS
+    alone = staticmethod(alone_of("limit", limit_rows))
 
     def __init__(
         self,
@@ -33,10 +58,15 @@ class JointLimitsTask(KernelTask):
         rate: float = 20.0,
     ) -> None:
         super().__init__(name)
-        self.labels_ = robot.joint_names
-        self.rate = rate
-        room = 0.25 * (robot.q_max - robot.q_min)
-        inset = np.minimum(margin, room)
+        if not (np.isfinite(margin) and margin >= 0.0):
+            raise InputError(f"the margin of task {name!r} must not be negative", given=margin)
+        if not 0.0 < velocity_share <= 1.0:
+            raise InputError(
+                f"the velocity share of task {name!r} must be in (0, 1]", given=velocity_share
+            )
+        self._labels = robot.joint_names
+        self.rate = require_rate(name, rate)
+        inset = np.minimum(margin, 0.25 * (robot.q_max - robot.q_min))
         self.q_low = robot.q_min + inset
         self.q_high = robot.q_max - inset
         self.v_share = velocity_share * robot.v_max
@@ -44,38 +74,38 @@ class JointLimitsTask(KernelTask):
     @property
     def labels(self) -> tuple[str, ...]:
         """The joint names."""
-        return self.labels_
+        return self._labels
 
     @property
     def units(self) -> tuple[str, ...]:
         """Radians (metres for a prismatic joint)."""
-        return ("rad",) * len(self.labels_)
+        return ("rad",) * len(self._labels)
 
     @property
     def numbers(self) -> Array:
         """Lower and upper positions, and the speeds, of all joints."""
         return np.concatenate((self.q_low, self.q_high, self.v_share))
 
+    def write_constants(self, A: Array, robot: Any) -> None:
+        """Write the velocities of the joints."""
+        write_joint_rows(A, robot)
+
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [rad] each joint is beyond its limits moved in by the margin."""
-        q = kin.q[7:]
+        q = kin.q[-len(self.q_low) :]
         return np.maximum(0.0, np.maximum(self.q_low - q, q - self.q_high))
 
+    def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
+        """Return what a person calls each row: a limit of position, or of speed if it is closer."""
+        described = []
+        ends = (hierarchy.upper[block.rows], hierarchy.lower[block.rows])
+        for joint, upper, lower, speed in zip(block.labels, *ends, self.v_share, strict=True):
+            above, rate_above = self._limit("upper", joint, upper, speed)
+            below, rate_below = self._limit("lower", joint, lower, speed)
+            described.append(RowDescription("rad/s", above, below, rate_above, rate_below))
+        return tuple(described)
 
-@compiled
-def limit_rows(
-    q: np.ndarray,
-    limits: np.ndarray,
-    rate: float,
-    A: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    at: int,
-) -> None:
-    """Write the bounds of each joint's velocity; `limits` as `JointLimitsTask.numbers`."""
-    na = limits.shape[0] // 3
-    joint_rows(A, at, na)
-    for i in range(na):
-        v_max = limits[2 * na + i]
-        lower[at + i] = min(max(rate * (limits[i] - q[7 + i]), -v_max), v_max)
-        upper[at + i] = min(max(rate * (limits[na + i] - q[7 + i]), -v_max), v_max)
+    def _limit(self, side: str, joint: str, bound: float, speed: float) -> tuple[str, float]:
+        if abs(bound) >= speed:
+            return f"the speed limit of {joint}", math.nan
+        return f"the {side} limit of {joint}", self.rate

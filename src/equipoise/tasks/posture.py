@@ -2,63 +2,73 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from equipoise.compiled.compilation import compiled
-from equipoise.errors import ShapeError
+from equipoise.compiled import compiled
+from equipoise.compiled.workspace import integers, vector
+from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import joint_rows
+from equipoise.kinematics.kernels import Q
+from equipoise.kinematics.tree import FIRST_Q, KIND
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks.base import KernelTask
+from equipoise.spatial.numbers import real_vector
+from equipoise.tasks.alone import alone_of
+from equipoise.tasks.base import KernelTask, require_rate
+from equipoise.tasks.joint_rows import write_joint_rows
+from equipoise.tasks.view import POSTURE, TaskView, first_actuated
+
+
+@compiled
+def posture_rows(task: TaskView) -> None:
+    """Write `v_j = rate * (q_joints - q)_j` for each joint."""
+    q, first_q, lower = vector(task.state, Q), integers(task.tree, FIRST_Q), task.lower
+    first = first_actuated(task.tree)
+    for j in range(first, integers(task.tree, KIND).shape[0]):
+        i = j - first
+        lower[task.at + i] = task.rate * (task.numbers[i] - q[first_q[j]])
+        task.upper[task.at + i] = lower[task.at + i]
 
 
 class PostureTask(KernelTask):
     """Draw the joints to `q_joints` (na,) with `rate` [1/s]: `v_j = rate * (q_joints - q)_j`."""
 
     row_unit = "rad/s"
-    kernel = "posture"
+    kind = POSTURE
+    alone = staticmethod(alone_of("posture", posture_rows))
 
     def __init__(self, name: str, robot: Robot, q_joints: Array, *, rate: float = 1.0) -> None:
         super().__init__(name)
-        if q_joints.shape != (robot.na,):
-            raise ShapeError("posture target", q_joints.shape, (robot.na,))
-        self.labels_ = robot.joint_names
-        self.q_joints = q_joints.copy()
-        self.rate = rate
+        self._labels = robot.joint_names
+        self.q_joints = real_vector(f"the target of task {name!r}", q_joints, robot.na)
+        self.rate = require_rate(name, rate)
 
     @property
     def labels(self) -> tuple[str, ...]:
         """The joint names."""
-        return self.labels_
+        return self._labels
 
     @property
     def units(self) -> tuple[str, ...]:
         """Radians (metres for a prismatic joint)."""
-        return ("rad",) * len(self.labels_)
+        return ("rad",) * len(self._labels)
 
     @property
     def numbers(self) -> Array:
         """The wanted joint positions."""
         return self.q_joints
 
+    def write_constants(self, A: Array, robot: Any) -> None:
+        """Write the velocities of the joints."""
+        write_joint_rows(A, robot)
+
     def error(self, kin: Kinematics, t: float) -> Array:
-        """Return (na,) [rad]: the way to the posture."""
-        return self.q_joints - kin.q[7:]
+        """Return (na,) [rad]: how far it is to the posture."""
+        return self.q_joints - kin.q[-len(self.q_joints) :]
 
-
-@compiled
-def posture_rows(
-    q: np.ndarray,
-    q_joints: np.ndarray,
-    rate: float,
-    A: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    at: int,
-) -> None:
-    """Write `v_j = rate * (q_joints - q)_j` for each joint."""
-    joint_rows(A, at, len(q_joints))
-    for i in range(len(q_joints)):
-        lower[at + i] = rate * (q_joints[i] - q[7 + i])
-        upper[at + i] = lower[at + i]
+    def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
+        """Return what a person calls each row."""
+        return tuple(
+            RowDescription.both(f"the posture of {label}", "rad/s", self.rate)
+            for label in block.labels
+        )

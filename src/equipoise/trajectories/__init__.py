@@ -1,16 +1,14 @@
 """What is wanted over time: poses, scalars, and how much a task counts."""
 
+from equipoise.trajectories.attached import AttachedTrajectory
+from equipoise.trajectories.base import PoseSample, PoseTrajectory
 from equipoise.trajectories.fade import Fade
-from equipoise.trajectories.poses import (
-    AttachedTrajectory,
-    FixedPose,
-    PoseSample,
-    PoseTrajectory,
-    TravelTrajectory,
-    Waypoint,
-    WaypointTrajectory,
-)
+from equipoise.trajectories.fixed import FixedPose
 from equipoise.trajectories.profile import Profile
+from equipoise.trajectories.pushing import PushingForce
+from equipoise.trajectories.scalar import ScalarTrajectory
+from equipoise.trajectories.travel import Travel, TravelTrajectory
+from equipoise.trajectories.waypoints import Waypoint, WaypointTrajectory
 
 __all__ = [
     "AttachedTrajectory",
@@ -19,6 +17,9 @@ __all__ = [
     "PoseSample",
     "PoseTrajectory",
     "Profile",
+    "PushingForce",
+    "ScalarTrajectory",
+    "Travel",
     "TravelTrajectory",
     "Waypoint",
     "WaypointTrajectory",

@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from equipoise.compiled import compiled, entrance
 from equipoise.errors import InputError
+from equipoise.trajectories.minimum_jerk import step
 
 ROUNDING = 1e-9
 
@@ -35,20 +39,32 @@ class Fade:
                 remedy="Give a ramp from 0 to half the length of the window",
             )
 
+    @property
+    def numbers(self) -> np.ndarray:
+        """Start, end and ramp (3,) [s]."""
+        return np.array([self.start, self.end, self.ramp], dtype=float)
+
     def weight(self, t: float) -> float:
         """Return how much the task counts at time `t` [s]: 0 outside, 1 inside, between on ramps.
 
         The window is half open: the end does not count, as that of a contact.
         """
-        if not self.start <= t < self.end:
-            return 0.0
-        if self.ramp == 0.0:
-            return 1.0
-        return _step(min(t - self.start, self.end - t) / self.ramp)
+        return fade_alone(self.numbers, float(t))
 
 
-def _step(x: float) -> float:
-    """Return the minimum-jerk step from 0 at x = 0 to 1 at x = 1, but for rounding, and beyond."""
-    if x > 1.0 - ROUNDING:
+@compiled
+def fade_weight(numbers: np.ndarray, t: float) -> float:
+    """Return how much what has a fade (start, end, ramp) counts at time t."""
+    start, end, ramp = numbers[0], numbers[1], numbers[2]
+    if not start <= t < end:
+        return 0.0
+    x = min(t - start, end - t)
+    if ramp == 0.0 or x > (1.0 - ROUNDING) * ramp:
         return 1.0
-    return x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
+    return step(x / ramp)
+
+
+@entrance
+def fade_alone(numbers: np.ndarray, t: float) -> float:
+    """Return the weight of one fade."""
+    return fade_weight(numbers, t)

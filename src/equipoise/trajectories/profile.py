@@ -1,25 +1,33 @@
-"""A scalar wanted over time: values at times, joined by minimum-jerk steps."""
+"""A scalar through values at times, joined by minimum-jerk steps."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from equipoise.compiled import compiled, entrance
 from equipoise.errors import InputError
+from equipoise.spatial import Array
+from equipoise.trajectories.minimum_jerk import step
+from equipoise.trajectories.scalar import PROFILE, CompiledScalar
 
 
 @dataclass(frozen=True)
-class Profile:
+class Profile(CompiledScalar):
     """Holds `values` before the first and after the last of `times` [s]; smooth in between."""
 
     times: tuple[float, ...]
     values: tuple[float, ...]
+    kind = PROFILE
 
     def __post_init__(self) -> None:
         if len(self.times) != len(self.values) or not self.times:
             raise InputError("a profile needs as many values as times, at least one of each")
+        if not np.isfinite([*self.times, *self.values]).all():
+            raise InputError("a profile needs finite times and values", given=self.values)
         if any(np.diff(self.times) <= 0.0):
             raise InputError("the times of a profile must increase", given=self.times)
 
@@ -28,13 +36,33 @@ class Profile:
         """Return the profile through `values` at `times` [s]."""
         return cls(tuple(times), tuple(values))
 
+    @cached_property
+    def numbers(self) -> Array:
+        """The times and then the values (2 k,)."""
+        return np.array([*self.times, *self.values], dtype=float)
+
     def at(self, t: float) -> float:
         """Return the wanted value at time `t` [s]."""
-        k = int(np.searchsorted(self.times, t, side="right"))
-        if k == 0:
-            return self.values[0]
-        if k == len(self.times):
-            return self.values[-1]
-        x = (t - self.times[k - 1]) / (self.times[k] - self.times[k - 1])
-        share = x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
-        return self.values[k - 1] + share * (self.values[k] - self.values[k - 1])
+        return profile_alone(self.numbers, float(t))
+
+
+@compiled
+def profile_at(numbers: np.ndarray, t: float) -> float:
+    """Return the value of a profile at time t; its numbers are the times and then the values."""
+    count = numbers.shape[0] // 2
+    if t < numbers[0]:
+        return numbers[count]
+    k = 1
+    while k < count and numbers[k] <= t:
+        k += 1
+    before = numbers[count + k - 1]
+    if k == count:
+        return before
+    x = (t - numbers[k - 1]) / (numbers[k] - numbers[k - 1])
+    return before + step(x) * (numbers[count + k] - before)
+
+
+@entrance
+def profile_alone(numbers: np.ndarray, t: float) -> float:
+    """Return the value of one profile."""
+    return profile_at(numbers, t)

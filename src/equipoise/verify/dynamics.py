@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from equipoise.spatial import Array
 from equipoise.verify.error_dynamics import (
@@ -25,7 +28,8 @@ STEP = 1e-6
 
 def applied(sample: Sample) -> Array:
     """Return `S^T tau` (nv,): no row of the base has a motor."""
-    return np.concatenate((np.zeros(6), sample.command.tau))
+    base = len(sample.measured.v) - len(sample.command.tau)
+    return np.concatenate((np.zeros(base), sample.command.tau))
 
 
 def _equation_of_motion(evidence: Evidence) -> Measured:
@@ -96,7 +100,7 @@ def _regressor(evidence: Evidence) -> Measured:
 
 def _skew_symmetry(evidence: Evidence) -> Measured:
     """x^T (dM/dt - 2 C) x = 0 for any x, with C from the regressor; dM/dt by differences."""
-    errors = []
+    errors: list[ArrayLike] = []
     run = evidence.moving_run(1e-3)
     along = [run.samples[i].measured for i in evidence.spread_samples(1e-3, 10)]
     states = [*evidence.states, *((state.q, state.v) for state in along)]
@@ -127,7 +131,7 @@ def inertia_rate(evidence: Evidence, q: Array, v: Array) -> Array:
 
 def _open_loop_error(evidence: Evidence) -> Measured:
     """(19): M ds/dt + (C + D) s = S^T tau + J^T lam - Y_r Theta along runs of three steps."""
-    return _shrinking(evidence, _open_loop_residual)
+    return shrinking(evidence, _open_loop_residual)
 
 
 def _open_loop_residual(evidence: Evidence, dt: float) -> float:
@@ -151,7 +155,7 @@ def _closed_loop_error(evidence: Evidence) -> Measured:
 
     The rest are the multipliers that are not regulated; they do no work on s.
     """
-    return _shrinking(evidence, _closed_loop_residual)
+    return shrinking(evidence, _closed_loop_residual)
 
 
 def _closed_loop_residual(evidence: Evidence, dt: float) -> float:
@@ -188,7 +192,7 @@ def _drive(run: RecordedRun, sample: Sample, s_rF_rate: Array) -> Array:
     )
 
 
-def _shrinking(evidence: Evidence, residual) -> Measured:  # type: ignore[no-untyped-def]
+def shrinking(evidence: Evidence, residual: Callable[[Evidence, float], float]) -> Measured:
     """Return the residual at 1 kHz; it must shrink with the step (implicit damping is O(h))."""
     coarse, middle, fine = (residual(evidence, dt) for dt in (2e-3, 1e-3, 5e-4))
     note = f"{coarse:.1e}, {middle:.1e}, {fine:.1e} at 2, 1, 0.5 ms"
@@ -197,19 +201,19 @@ def _shrinking(evidence: Evidence, residual) -> Measured:  # type: ignore[no-unt
 
 
 CHECKS = (
-    Check("(1)", "M a + C v + g is the inverse dynamics", "analysis.dynamics.Dynamics", 1e-10, "",
-          _terms),
+    Check("(1)", "M a + C v + g is the inverse dynamics", "verify.error_dynamics.Dynamics", 1e-10,
+          "", _terms),
     Check("(6), (8) row 1", "simulated a and lam solve the equation of motion with S^T tau",
           "physics.RigidContactEngine", 1e-7, "", _equation_of_motion),
     Check("base wrench", "the robot without motors on its base moves as the actuated law would",
           "control.distribute_base_wrench", 1e-8, "", _base_without_motor),
-    Check("(18)", "Y Theta and Y_r Theta, linear in the parameters", "analysis.dynamics.regressor",
-          1e-10, "", _regressor),
-    Check("skew symmetry", "dM/dt - 2 C is skew", "analysis.dynamics.reference_regressor", 1e-6,
+    Check("(18)", "Y Theta and Y_r Theta, linear in the parameters",
+          "verify.error_dynamics.regressor", 1e-10, "", _regressor),
+    Check("skew symmetry", "dM/dt - 2 C is skew", "verify.error_dynamics.reference_regressor", 1e-6,
           "", _skew_symmetry),
-    Check("(19)", "open-loop error dynamics along runs", "analysis.dynamics.error_force", 1e-3, "",
-          _open_loop_error),
+    Check("(19)", "open-loop error dynamics along runs", "verify.error_dynamics.error_force", 1e-3,
+          "", _open_loop_error),
     Check("(25), (26)", "closed-loop error dynamics along runs",
-          "control.PassivityController, analysis.dynamics.force_error_drive", 1e-3, "",
+          "control.PassivityController, verify.error_dynamics.force_error_drive", 1e-3, "",
           _closed_loop_error),
 )  # fmt: skip

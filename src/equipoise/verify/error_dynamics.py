@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from equipoise.control import ControlGains
 from equipoise.errors import ShapeError
 from equipoise.robots import Robot
 from equipoise.spatial import Array
@@ -35,7 +36,7 @@ class Dynamics:
         model, data = robot.model, robot.model.createData()
         C = pin.computeCoriolisMatrix(model, data, q, v).copy()
         g = pin.computeGeneralizedGravity(model, data, q).copy()
-        D = np.diag(np.concatenate((np.zeros(6), np.full(robot.na, joint_damping))))
+        D = np.diag(np.concatenate((np.zeros(robot.nv_base), np.full(robot.na, joint_damping))))
         return cls(inertia(robot, q), C, g, D)
 
     def bias(self, v: Array) -> Array:
@@ -81,7 +82,8 @@ def reference_regressor(robot: Robot, q: Array, v: Array, v_r: Array, a_r: Array
     """
     still = np.zeros(robot.nv)
     bracket = still.copy()
-    bracket[:6] = pin.Motion(v[:6]).cross(pin.Motion(v_r[:6])).vector
+    base = slice(robot.nv_base)
+    bracket[base] = pin.Motion(v[base]).cross(pin.Motion(v_r[base])).vector
     at_rest = regressor(robot, q, still, still)
     quadratic = (
         regressor(robot, q, v + v_r, still)
@@ -148,23 +150,22 @@ class PowerBalance:
 
 def power_balance(
     dynamics: Dynamics,
-    K_d: Array,
+    gains: ControlGains,
     s: Array,
     reference_force: Array,
+    *,
     s_rF: Array,
     s_qF: Array,
     sign: Array,
-    *,
-    beta: float,
-    eta: float,
-    k_iF: float,
-    mu: float,
 ) -> PowerBalance:
-    """Return the terms of (28) at one state; `reference_force` is `Y_r Theta` (nv,)."""
-    mismatch = np.tanh(mu * s_qF) - sign
+    """Return the terms of (28) at one state; `reference_force` is `Y_r Theta` (nv,).
+
+    `sign` (k,) is what the law takes for sgn(s_qF).
+    """
+    mismatch, K_d = np.tanh(gains.mu * s_qF) - sign, gains.damping_matrix(len(s))
     return PowerBalance(
         motion_dissipation=float(s @ (dynamics.D + K_d) @ s),
-        force_dissipation=beta * eta * float(s_rF @ s_rF),
+        force_dissipation=gains.beta * gains.eta * float(s_rF @ s_rF),
         disturbance=-float(s @ reference_force),
-        sign_mismatch=-beta * k_iF * float(s_rF @ mismatch),
+        sign_mismatch=-gains.beta * gains.k_iF * float(s_rF @ mismatch),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -19,6 +19,7 @@ from equipoise.motion import MotionGenerator
 from equipoise.robots import Robot, get_robot
 from equipoise.spatial import Array
 from equipoise.verify.short_runs import (
+    Plan,
     RecordedRun,
     moving_reference,
     record,
@@ -52,8 +53,8 @@ class Tumbling(SurfaceMotion):
 
     def at(self, t: float) -> MotionSample:
         """Return the motion at time `t` [s]."""
-        place = self.start.translation + self.velocity * t + 0.5 * self.acceleration * t * t
-        T = pin.SE3(pin.exp3(self.omega * t) @ self.start.rotation, place)
+        p_world = self.start.translation + self.velocity * t + 0.5 * self.acceleration * t * t
+        T = pin.SE3(pin.exp3(self.omega * t) @ self.start.rotation, p_world)
         return MotionSample(
             T,
             np.concatenate((self.velocity + self.acceleration * t, self.omega)),
@@ -106,11 +107,10 @@ class Evidence:
 
     def contact_kinds(self, q: Array) -> list[Contact]:
         """Return one contact of every kind and surface, touching at `q` (nq,)."""
-        robot, still = self.robot, np.zeros(self.robot.nv)
-        frame_id, offset = robot.frame_id(robot.palms[0].frame), (0.03, -0.02, 0.05)
-        T_palm = self.at(q, still).placement(frame_id)
+        palm, offset = self.robot.palms[0].frame, (0.03, -0.02, 0.05)
+        T_palm = self.robot.at(q).placement(palm)
         p_world = T_palm.act(np.array(offset))
-        common = {"frame_id": frame_id, "offset": offset}
+        common: dict[str, Any] = {"frame": palm, "offset": offset}
         kinds: list[Contact] = [PointContact(name="point", p_world=p_world, **common)]
         for surface in SURFACES:
             R = pin.rpy.rpyToMatrix(0.3, -0.5, 1.1)
@@ -146,15 +146,17 @@ class Evidence:
                 self.robot,
                 self.contacts,
                 moving_reference(self.robot, self.contacts, dt, RUN_TIME),
-                dt=dt,
-                duration=RUN_TIME,
-                gains={
-                    "k_ip": 20.0,
-                    "sgn_p": SignFunction("saturation", 0.1),
-                    "sgn_F": SignFunction("saturation", 0.5),
-                },
-                kappa=KAPPA,
-                joint_damping=DAMPING,
+                Plan(
+                    dt=dt,
+                    duration=RUN_TIME,
+                    gains={
+                        "k_ip": 20.0,
+                        "sgn_p": SignFunction("saturation", 0.1),
+                        "sgn_F": SignFunction("saturation", 0.5),
+                    },
+                    kappa=KAPPA,
+                    joint_damping=DAMPING,
+                ),
             )
         return self._runs[dt]
 
@@ -163,19 +165,21 @@ class Evidence:
         robot, dt = self.robot, 5e-4
         at_rest = self.soles.at(self.at(robot.q_half_sitting, np.zeros(robot.nv)))
         blow = np.zeros(robot.nv)
-        blow[6 + robot.joint_index("LARM_JOINT3")] = BLOW
-        blow[6 + robot.joint_index("RARM_JOINT1")] = -BLOW
+        blow[robot.nv_base + robot.joint_index("LARM_JOINT3")] = BLOW
+        blow[robot.nv_base + robot.joint_index("RARM_JOINT1")] = -BLOW
         begin = round(0.4 / dt)
         return record(
             robot,
             self.soles,
             still_reference(robot),
-            dt=dt,
-            duration=0.5,
-            gains={"k_ip": 50.0, "sgn_p": SignFunction("saturation", 0.1)},
-            kappa=KICK_KAPPA,
-            kicks=[(begin, at_rest.project(blow))],
-            keep_from=begin,
+            Plan(
+                dt=dt,
+                duration=0.5,
+                gains={"k_ip": 50.0, "sgn_p": SignFunction("saturation", 0.1)},
+                kappa=KICK_KAPPA,
+                kicks={begin: at_rest.project(blow)},
+                keep_from=begin,
+            ),
         )
 
     def kicked_run(self) -> RecordedRun:
@@ -201,7 +205,7 @@ class Evidence:
             simulation.levels,
             make_solver("active_set"),
             dt,
-            simulation.q_start,
+            simulation.assembly.q_start,
         )
         steps = []
         for k in range(round(simulation.scenario.duration / dt)):

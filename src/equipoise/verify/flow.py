@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.control import Measurement, PassivityController, Target
-from equipoise.kinematics import KinematicsEvaluator
+from equipoise.control import Measurement, PassivityController, Reference
 from equipoise.spatial import Array, velocity_transport
 from equipoise.verify.error_dynamics import inertia, lyapunov
 from equipoise.verify.short_runs import RecordedRun, Sample, snapshot
@@ -62,13 +61,13 @@ def rates(run: RecordedRun, sample: Sample, *, lam: Array | None = None) -> Rate
 
 def moment(run: RecordedRun, sample: Sample, span: float, *, lam: Array | None = None) -> Moment:
     """Return the law `span` [s] after a sample (before it, if negative)."""
-    model, measured, target = run.robot.model, sample.measured, sample.target
+    model, measured, reference = run.robot.model, sample.measured, sample.reference
     forward = measured.v * span + 0.5 * sample.a * span * span
     q = pin.integrate(model, measured.q, forward)
     v = measured.v + sample.a * span
-    q_ref = pin.integrate(model, target.q_ref, target.v_ref * span)
+    q_ref = pin.integrate(model, reference.q_ref, reference.v_ref * span)
     law = _displaced(run, sample, span, lam)
-    displaced = Target(q_ref, target.v_ref + sample.a_ref * span, target.lam_ref)
+    displaced = Reference(q_ref, reference.v_ref + sample.a_ref * span, reference.lam_ref)
     command = law.step(sample.t + span, Measurement(q, v, measured.lam), displaced)
     s_rF = np.zeros(run.contacts.size)
     s_rF[run.contacts.regulated_rows] = law.force.s_rF
@@ -87,7 +86,7 @@ def nominal_reference(
     t: float,
     q: Array,
     v: Array,
-    target: Target,
+    reference: Reference,
     law: PassivityController,
     s_rF: Array,
 ) -> Array:
@@ -98,11 +97,11 @@ def nominal_reference(
     contact on a moving one) is added, so that `v - v_r` is (21) whatever v is.
     """
     gains, posture = run.gains, law.posture
-    J = run.contacts.jacobian(KinematicsEvaluator(run.robot).at(q, v, t))
+    J = run.contacts.jacobian(run.robot.at(q, v, t))
     J_pinv = np.linalg.pinv(J)
-    dq = pin.difference(run.robot.model, target.q_ref, q)
+    dq = pin.difference(run.robot.model, reference.q_ref, q)
     s_dp = posture.s_p0 * np.exp(-gains.beta_p * (t - posture.t0))
-    wanted = velocity_transport(q, target.q_ref, target.v_ref) - gains.alpha * dq + s_dp
+    wanted = velocity_transport(q, reference.q_ref, reference.v_ref) - gains.alpha * dq + s_dp
     wanted = wanted - gains.k_ip * posture_integral(law)
     tangent = wanted - J_pinv @ (J @ wanted)
     return tangent + J_pinv @ (gains.beta * s_rF) + J_pinv @ (J @ v)
@@ -127,6 +126,6 @@ def _displaced(
     if lam is None:
         slope = (after.force.s_F - before.force.s_F) / run.dt
     else:
-        slope = lam[run.contacts.regulated_rows] - sample.target.lam_ref
+        slope = lam[run.contacts.regulated_rows] - sample.reference.lam_ref
     law.force.s_F = before.force.s_F + span * slope
     return law

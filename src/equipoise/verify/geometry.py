@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
-from equipoise.contacts import Contact, ContactStack, GraspContact, PointContact, SoleContact
+from equipoise.contacts import ContactStack, PointContact, SoleContact
 from equipoise.kinematics import Kinematics
-from equipoise.physics import RigidContactEngine
+from equipoise.physics import RigidContactEngine, RigidOptions
 from equipoise.spatial import Array
 from equipoise.spatial.coordinates import (
     ROTATION_COORDINATES,
@@ -15,6 +16,7 @@ from equipoise.spatial.coordinates import (
     contact_wrench,
     wrench_gradient,
 )
+from equipoise.verify.contact_wrenches import wrenches_of
 from equipoise.verify.evidence import SURFACES, Evidence
 from equipoise.verify.row import Check, Measured, worst
 
@@ -61,37 +63,16 @@ def _generalised_force(evidence: Evidence) -> Measured:
     for contact in evidence.contact_kinds(q):
         lam = generator.normal(size=contact.size)
         forces = pin.StdVec_Force([pin.Force.Zero() for _ in range(robot.model.njoints)])
-        for frame_id, p_world, force, moment in _wrenches(contact, kin, lam):
-            joint = robot.model.frames[frame_id].parentJoint
+        for wrench in wrenches_of(contact, kin, lam):
+            joint = robot.model.frames[robot.frame_id(wrench.frame)].parentJoint
             T_world_joint = kin.pin_data.oMi[joint]
-            at_origin = moment + np.cross(p_world, force)
-            forces[joint] += T_world_joint.actInv(pin.Force(force, at_origin))
+            at_origin = wrench.moment + np.cross(wrench.p_world, wrench.force)
+            forces[joint] += T_world_joint.actInv(pin.Force(wrench.force, at_origin))
         data = robot.model.createData()
         without = pin.rnea(robot.model, data, q, still, still).copy()
         with_them = pin.rnea(robot.model, data, q, still, still, forces)
         errors.append(contact.jacobian(kin).T @ lam - (without - with_them))
     return Measured(worst(errors), "every kind of contact, random multipliers")
-
-
-def _wrenches(
-    contact: Contact, kin: Kinematics, lam: Array
-) -> list[tuple[int, Array, Array, Array]]:
-    """Return (frame, point, force, moment) in world axes that `lam` exerts on the bodies."""
-    if isinstance(contact, SoleContact):
-        R = contact.T_world_anchor.rotation
-        place = kin.placement(contact.frame_id).translation
-        return [(contact.frame_id, place, R @ lam[:3], R @ lam[3:])]
-    if isinstance(contact, GraspContact):
-        R = kin.placement(contact.frame_a).rotation
-        place = kin.placement(contact.frame_b).translation
-        force, moment = R @ lam[:3], R @ lam[3:]
-        return [
-            (contact.frame_b, place, force, moment),
-            (contact.frame_a, place, -force, -moment),
-        ]
-    place = kin.placement(contact.frame_id).act(np.array(contact.offset))
-    force = lam if isinstance(contact, PointContact) else contact.normal(kin) * lam[0]
-    return [(contact.frame_id, place, force, np.zeros(3))]
 
 
 def _contact_velocity(evidence: Evidence) -> Measured:
@@ -124,7 +105,12 @@ def _simulated_acceleration(evidence: Evidence) -> Measured:
         for contact in evidence.contact_kinds(q)[3:]:
             stack = ContactStack([*evidence.contact_kinds(q)[:3], contact])
             engine = RigidContactEngine(
-                robot, stack, q, 1e-3, v_start=v, position_gain=0.0, velocity_gain=0.0
+                robot,
+                stack,
+                q,
+                1e-3,
+                options=RigidOptions(position_gain=0.0, velocity_gain=0.0),
+                v_start=v,
             )
             a, _ = engine.accelerations(np.zeros(robot.nv))
             speeds = []
@@ -163,7 +149,8 @@ def _kept_contacts(evidence: Evidence) -> Measured:
 
 def _projector(evidence: Evidence) -> Measured:
     """(12) for J_phi: J Q = 0, Q Q = Q = Q^T, rank Q = n - r, and J J^+ = I."""
-    run, errors = evidence.moving_run(1e-3), []
+    run = evidence.moving_run(1e-3)
+    errors: list[ArrayLike] = []
     for index in evidence.spread_samples(1e-3, 10):
         stacked = run.contacts.at(run.kinematics(run.samples[index]))
         Q, J = stacked.Q_phi, stacked.J_phi
@@ -182,7 +169,7 @@ def _redundant_contacts(evidence: Evidence) -> Measured:
     corners = [
         PointContact(
             name=f"{sole.name}/{i}",
-            frame_id=sole.frame_id,
+            frame=sole.sole.frame,
             offset=tuple(corner),
             p_world=sole.T_world_anchor.act(corner),
         )
@@ -190,7 +177,7 @@ def _redundant_contacts(evidence: Evidence) -> Measured:
         for i, corner in enumerate(sole.sole.corners)
     ]
     tau = evidence.generator().normal(size=robot.na) * 10.0
-    force = np.concatenate((np.zeros(6), tau))
+    force = np.concatenate((np.zeros(robot.nv_base), tau))
     _, lam = RigidContactEngine(robot, evidence.soles, q, 1e-3).accelerations(force)
     _, parts = RigidContactEngine(robot, ContactStack(corners), q, 1e-3).accelerations(force)
     net = []
@@ -208,7 +195,8 @@ def _redundant_contacts(evidence: Evidence) -> Measured:
 
 def _wrench_in_coordinates(evidence: Evidence) -> Measured:
     """(17): one constraint, one lam, four coordinates: one wrench and one power."""
-    generator, errors = evidence.generator(), []
+    generator = evidence.generator()
+    errors: list[ArrayLike] = []
     for coordinates in ROTATION_COORDINATES.values():
         for _ in range(5):
             R = pin.exp3(generator.normal(size=3))
@@ -223,10 +211,10 @@ def _wrench_in_coordinates(evidence: Evidence) -> Measured:
 
 
 CHECKS = (
-    Check("(2)", "J_x maps rates of base coordinates to the twist", "coordinates.base_rate_map",
-          1e-7, "m/s, rad/s", _rates),
+    Check("(2)", "J_x maps rates of base coordinates to the twist",
+          "spatial.coordinates.base_rate_map", 1e-7, "m/s, rad/s", _rates),
     Check("(3)", "J_theta from the columns of R, four parametrisations",
-          "coordinates.RotationCoordinates.rate_map", 1e-7, "rad/s", _slopes),
+          "spatial.coordinates.RotationCoordinates.rate_map", 1e-7, "rad/s", _slopes),
     Check("(4)", "J_c^T F_c is the generalised force of the contact wrenches",
           "contacts.*.jacobian", 1e-9, "N, N m", _generalised_force),
     Check("(5)", "J_c v is the contact velocity", "contacts.*.jacobian, .rate", 1e-6,
@@ -242,7 +230,7 @@ CHECKS = (
     Check("(13)", "gradient and Hessian of the surfaces", "contacts.surfaces", 1e-7, "",
           _surfaces),
     Check("(17)", "wrench and power are the same in all coordinates",
-          "coordinates.contact_wrench", 1e-9, "N, N m, W", _wrench_in_coordinates),
+          "spatial.coordinates.contact_wrench", 1e-9, "N, N m, W", _wrench_in_coordinates),
     Check("redundancy", "four corner points a foot carry the wrench of the sole",
           "physics.RigidContactEngine", 1e-6, "", _redundant_contacts),
 )  # fmt: skip

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.control import PassivityController, Target
+from equipoise.control import PassivityController, Reference
+from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.verify.dynamics import _shrinking, applied
+from equipoise.verify.dynamics import applied, shrinking
 from equipoise.verify.error_dynamics import Dynamics, PowerBalance, inertia, lyapunov, power_balance
 from equipoise.verify.evidence import STEPS, Evidence
 from equipoise.verify.flow import moment, rates
@@ -50,9 +51,9 @@ def _posture_manifold(evidence: Evidence) -> Measured:
     first = run.samples[0].before.posture
     integral, s_p0 = first.integral_of_sign.copy(), first.s_p0
     for sample in run.samples:
-        state, target = sample.measured, sample.target
-        dq = pin.difference(run.robot.model, target.q_ref, state.q)
-        s_p = state.v - _carried(target, state.q) + gains.alpha * dq
+        state, reference = sample.measured, sample.reference
+        dq = pin.difference(run.robot.model, reference.q_ref, state.q)
+        s_p = state.v - _carried(run.robot, reference, state.q) + gains.alpha * dq
         s_qp = s_p - s_p0 * np.exp(-gains.beta_p * sample.t)
         errors.append(sample.after.posture.s_rp - (s_qp + gains.k_ip * integral))
         J = run.contacts.jacobian(run.kinematics(sample))
@@ -61,11 +62,12 @@ def _posture_manifold(evidence: Evidence) -> Measured:
     return Measured(worst(errors), f"{len(run.samples)} ticks, sgn as a saturation")
 
 
-def _carried(target: Target, q: Array) -> Array:
+def _carried(robot: Robot, reference: Reference, q: Array) -> Array:
     """Return v_ref with its base twist as seen from the base at `q`, by action matrices."""
-    base, base_ref = pin.XYZQUATToSE3(q[:7]), pin.XYZQUATToSE3(target.q_ref[:7])
-    v = target.v_ref.copy()
-    v[:6] = (base.inverse() * base_ref).toActionMatrix() @ v[:6]
+    of_q, of_v = slice(robot.nq_base), slice(robot.nv_base)
+    base, base_ref = pin.XYZQUATToSE3(q[of_q]), pin.XYZQUATToSE3(reference.q_ref[of_q])
+    v = reference.v_ref.copy()
+    v[of_v] = (base.inverse() * base_ref).toActionMatrix() @ v[of_v]
     return v
 
 
@@ -79,7 +81,7 @@ def _force_manifold(evidence: Evidence) -> Measured:
         s_qF = s_F - first.s_F0 * np.exp(-gains.beta_F * sample.t)
         errors.append(sample.after.force.s_rF - (s_qF + gains.k_iF * integral))
         integral = integral + run.dt * np.clip(s_qF / gains.sgn_F.layer, -1.0, 1.0)
-        s_F = s_F + run.dt * (sample.measured.lam[rows] - sample.target.lam_ref)
+        s_F = s_F + run.dt * (sample.measured.lam[rows] - sample.reference.lam_ref)
     return Measured(worst(errors), f"{len(run.samples)} ticks; see also the force promise")
 
 
@@ -91,7 +93,7 @@ def _torque(evidence: Evidence) -> Measured:
         J = run.contacts.jacobian(run.kinematics(sample))
         force = sample.after.force
         s_dF_rate = -gains.beta_F * force.s_F0 * np.exp(-gains.beta_F * sample.t)
-        along = -sample.target.lam_ref - s_dF_rate + gains.k_iF * np.tanh(gains.mu * force.s_qF)
+        along = -sample.reference.lam_ref - s_dF_rate + gains.k_iF * np.tanh(gains.mu * force.s_qF)
         along = along + gains.eta * force.s_rF
         u = -run.K_d @ sample.command.s + J[rows].T @ along
         errors.append((sample.command.u - u) / np.abs(u).max())
@@ -127,17 +129,7 @@ def energies(run: RecordedRun, indices: list[int]) -> list[Energy]:
         reference = dynamics.reference_force(now.v_r, rate.v_r)
         sign = gains.sgn_F(force.s_qF)
         terms = power_balance(
-            dynamics,
-            run.K_d,
-            now.s,
-            reference,
-            force.s_rF,
-            force.s_qF,
-            sign,
-            beta=gains.beta,
-            eta=gains.eta,
-            k_iF=gains.k_iF,
-            mu=gains.mu,
+            dynamics, gains, now.s, reference, s_rF=force.s_rF, s_qF=force.s_qF, sign=sign
         )
         J = run.contacts.jacobian(run.kinematics(sample))[run.contacts.regulated_rows]
         mismatch = gains.k_iF * (np.tanh(gains.mu * force.s_qF) - sign)
@@ -164,7 +156,7 @@ def _lyapunov(evidence: Evidence) -> Measured:
 
 def _power_identity(evidence: Evidence) -> Measured:
     """(28): dV/dt along the flow of law and physics against the terms, at three steps."""
-    return _shrinking(evidence, _power_residual)
+    return shrinking(evidence, _power_residual)
 
 
 def _power_residual(evidence: Evidence, dt: float) -> float:
@@ -205,7 +197,7 @@ def _bounded(evidence: Evidence) -> Measured:
 
 def _passivity(evidence: Evidence) -> Measured:
     """(25) as a passive map: V(t1) - V(t0) + dissipated = energy fed in, by quadrature."""
-    return _shrinking(evidence, _balance_residual)
+    return shrinking(evidence, _balance_residual)
 
 
 def _balance_residual(evidence: Evidence, dt: float) -> float:
@@ -230,7 +222,7 @@ def _blind(evidence: Evidence) -> Measured:
     ]
     errors = []
     for sample in nominal.samples[:100]:
-        first, second = (law.step(sample.t, sample.measured, sample.target).tau for law in laws)
+        first, second = (law.step(sample.t, sample.measured, sample.reference).tau for law in laws)
         errors.append(first - second)
     return Measured(worst(errors), "every link of mass 1 kg and inertia 1 kg m2, 100 ticks")
 
@@ -248,10 +240,11 @@ CHECKS = (
           "control.PassivityController", 1e-9, "", _torque),
     Check("model-free", "the torque does not depend on masses and inertias",
           "control.PassivityController", 0.0, "N m", _blind),
-    Check("(27)", "V is an energy", "analysis.dynamics.lyapunov", 1e-10, "", _lyapunov),
-    Check("(28)", "both sides of dV/dt along runs", "analysis.dynamics.power_balance", 1e-3, "",
+    Check("(27)", "V is an energy", "verify.error_dynamics.lyapunov", 1e-10, "", _lyapunov),
+    Check("(28)", "both sides of dV/dt along runs", "verify.error_dynamics.power_balance", 1e-3, "",
           _power_identity),
-    Check("(29)", "the bound on dV/dt", "analysis.dynamics.power_balance", 1e-6, "", _power_bound),
+    Check("(29)", "the bound on dV/dt", "verify.error_dynamics.power_balance", 1e-6, "",
+          _power_bound),
     Check("boundedness", "V falls wherever |s| is outside the region of delta",
           "control.PassivityController", 1e-6, "W", _bounded),
     Check("passivity", "energy fed in = stored + dissipated, along runs",

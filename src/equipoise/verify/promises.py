@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pinocchio as pin
 
@@ -11,7 +13,7 @@ from equipoise.verify.closed_forms import force_error, posture_error
 from equipoise.verify.evidence import KAPPA, Evidence
 from equipoise.verify.flow import rates
 from equipoise.verify.row import Check, Measured
-from equipoise.verify.short_runs import moving_reference, record, still_reference
+from equipoise.verify.short_runs import Plan, moving_reference, record, still_reference
 
 PROMISE_STEPS = (1e-3, 5e-4, 2.5e-4)  # [s]
 POSTURE_GAINS = ((20.0, 5.0), (10.0, 10.0), (5.0, 8.0))  # alpha, beta_p [1/s]
@@ -34,21 +36,23 @@ def _posture_promise(evidence: Evidence) -> Measured:
 def _posture_deviation(evidence: Evidence, alpha: float, beta_p: float, dt: float) -> float:
     robot = evidence.robot
     start = np.zeros(robot.nv)
-    start[6 + robot.joint_index("LARM_JOINT3")] = 0.2
+    start[robot.nv_base + robot.joint_index("LARM_JOINT3")] = 0.2
     run = record(
         robot,
         evidence.soles,
         still_reference(robot),
-        dt=dt,
-        duration=0.35,
-        gains={
-            "alpha": alpha,
-            "beta_p": beta_p,
-            "k_ip": 20.0,
-            "sgn_p": SignFunction("saturation", 0.1),
-        },
-        dq_start=start,
-        keep_every=3,
+        Plan(
+            dt=dt,
+            duration=0.35,
+            gains={
+                "alpha": alpha,
+                "beta_p": beta_p,
+                "k_ip": 20.0,
+                "sgn_p": SignFunction("saturation", 0.1),
+            },
+            dq_start=start,
+            keep_every=3,
+        ),
     )
     deviations = []
     for sample in run.samples:
@@ -82,34 +86,36 @@ def _force_deviation(evidence: Evidence, beta_F: float, s_F0: float, dt: float) 
         evidence.robot,
         evidence.contacts,
         still_reference(evidence.robot),
-        dt=dt,
-        duration=0.55,
-        gains={
-            "k_ip": 20.0,
-            "sgn_p": SignFunction("saturation", 0.1),
-            "sgn_F": SignFunction("saturation", 0.5),
-            "beta_F": beta_F,
-            "k_iF": 2.0,
-            "eta": 5.0,
-            "mu": 1.0,
-            "beta": 0.005,
-        },
-        kappa=KAPPA,
-        events={begin: restart},
-        keep_from=begin,
-        keep_every=2,
+        Plan(
+            dt=dt,
+            duration=0.55,
+            gains={
+                "k_ip": 20.0,
+                "sgn_p": SignFunction("saturation", 0.1),
+                "sgn_F": SignFunction("saturation", 0.5),
+                "beta_F": beta_F,
+                "k_iF": 2.0,
+                "eta": 5.0,
+                "mu": 1.0,
+                "beta": 0.005,
+            },
+            kappa=KAPPA,
+            events={begin: restart},
+            keep_from=begin,
+            keep_every=2,
+        ),
     )
     rows = run.contacts.regulated_rows
     deviations = [
         sample.lam[rows]
-        - sample.target.lam_ref
+        - sample.reference.lam_ref
         - force_error(sample.t - begin * dt, sample.after.force.s_F0, beta_F)
         for sample in run.samples
     ]
     return float(np.abs(deviations).max()) / (beta_F * s_F0)
 
 
-def _judge_steps(table: Array, settings: tuple, names: str) -> Measured:
+def _judge_steps(table: Array, settings: Sequence[tuple[float, float]], names: str) -> Measured:
     """Return the largest deviation over all settings and steps, if each shrinks with the step."""
     shrinks = bool((np.diff(table, axis=1) < 0.0).all())
     shown = "; ".join(
@@ -188,14 +194,16 @@ def _continuous(evidence: Evidence) -> Measured:
             evidence.robot,
             evidence.contacts,
             moving_reference(evidence.robot, evidence.contacts, dt, 0.25),
-            dt=dt,
-            duration=0.25,
-            gains={
-                "k_ip": 5.0,
-                "sgn_p": SignFunction("sign", 0.0),
-                "sgn_F": SignFunction("sign", 0.0),
-            },
-            kappa=100.0,
+            Plan(
+                dt=dt,
+                duration=0.25,
+                gains={
+                    "k_ip": 5.0,
+                    "sgn_p": SignFunction("sign", 0.0),
+                    "sgn_F": SignFunction("sign", 0.0),
+                },
+                kappa=100.0,
+            ),
         )
         u = np.array([sample.command.u for sample in run.samples if sample.t > 0.05])
         jumps.append(float(np.abs(np.diff(u, axis=0)).max()))
@@ -211,9 +219,9 @@ CHECKS = (
           "control.PostureManifold", 1.0, "of the bound", _reaching),
     Check("delta < k", "the premise of the proof", "control.ControlGains", 1.0, "of k", _delta),
     Check("posture promise", "dq follows the closed form, three gains, three steps",
-          "analysis.closed_forms.posture_error", 0.01, "of dq(t0)", _posture_promise),
+          "verify.closed_forms.posture_error", 0.01, "of dq(t0)", _posture_promise),
     Check("force promise", "dlam follows the closed form, two gains, three steps",
-          "analysis.closed_forms.force_error", 0.01, "of dlam(t0)", _force_promise),
+          "verify.closed_forms.force_error", 0.01, "of dlam(t0)", _force_promise),
     Check("continuity", "halving the step halves the largest jump of the torque",
           "control.PassivityController", 0.75, "ratio", _continuous),
 )  # fmt: skip

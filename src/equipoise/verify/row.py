@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
     from equipoise.verify.evidence import Evidence
@@ -36,7 +37,7 @@ class Check:
     measure: Callable[[Evidence], Measured]
 
     def judge(self, evidence: Evidence) -> Verdict:
-        """Measure; whatever goes wrong on the way makes the row fail and is said in its note."""
+        """Measure; whatever goes wrong meanwhile makes the row fail and is said in its note."""
         began = perf_counter()
         try:
             measured = self.measure(evidence)
@@ -75,7 +76,7 @@ class Verdict:
         }
 
 
-def worst(values: object) -> float:
+def worst(values: Iterable[ArrayLike]) -> float:
     """Return the largest absolute value of any nested arrays; infinite if one is not finite."""
     numbers = np.concatenate([np.ravel(np.asarray(value, dtype=float)) for value in values])
     return float(np.abs(numbers).max()) if np.isfinite(numbers).all() else np.inf

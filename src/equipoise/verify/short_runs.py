@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -15,18 +15,24 @@ from equipoise.control import (
     ControlGains,
     Measurement,
     PassivityController,
-    Target,
+    Reference,
     advise_gains,
 )
 from equipoise.hqp import make_solver
-from equipoise.kinematics import Kinematics, KinematicsEvaluator
+from equipoise.kinematics import Kinematics
 from equipoise.motion import MotionGenerator
-from equipoise.physics import RigidContactEngine
+from equipoise.physics import RigidContactEngine, RigidOptions
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks import ContactTask, FramePoseTask, PostureTask, Waypoint, WaypointTrajectory
+from equipoise.tasks import (
+    ContactTask,
+    FramePoseTask,
+    PostureTask,
+    Task,
+)
+from equipoise.trajectories import Waypoint, WaypointTrajectory
 
-Reference = Callable[[int], tuple[Array, Array]]
+ReferencePath = Callable[[int], tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
@@ -40,13 +46,37 @@ class Sample:
 
     t: float
     measured: Measurement
-    target: Target
+    reference: Reference
     a_ref: Array
     before: PassivityController
     after: PassivityController
     command: Command
     a: Array
     lam: Array
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a run goes: for `duration` [s] at period `dt` [s], under `gains` of `ControlGains`.
+
+    `force` [N] is wanted on every regulated row; `kappa` [1/s] sets K_d = kappa M, by default the
+    adviser's share of what the step allows; `dq_start` (nv,) displaces the start along tangent
+    directions; a kick adds its dv (nv,) to the velocity at its tick, as a blow would; an event
+    changes the memory of the law just before its tick. Every `keep_every`-th tick is kept, from
+    the tick `keep_from` >= 1 on.
+    """
+
+    dt: float
+    duration: float
+    gains: Mapping[str, Any]
+    force: float = 20.0
+    kappa: float | None = None
+    dq_start: Array | None = None
+    joint_damping: float = 0.0
+    kicks: Mapping[int, Array] = field(default_factory=dict)
+    events: Mapping[int, Callable[[PassivityController], None]] = field(default_factory=dict)
+    keep_every: int = 1
+    keep_from: int = 1
 
 
 @dataclass
@@ -68,13 +98,13 @@ class RecordedRun:
     def kinematics(self, sample: Sample) -> Kinematics:
         """Return the kinematics of the measured state of a sample."""
         state = sample.measured
-        return KinematicsEvaluator(self.robot).at(state.q, state.v, sample.t)
+        return self.robot.at(state.q, state.v, sample.t)
 
 
 def standing_contacts(robot: Robot, *, grasp: bool, q: Array | None = None) -> ContactStack:
     """Return the soles, and the palms on an object between them, as they are at `q` (nq,)."""
     q_there = robot.q_half_sitting if q is None else q
-    kin = KinematicsEvaluator(robot).at(q_there, np.zeros(robot.nv))
+    kin = robot.at(q_there)
     contacts: list[Contact] = [SoleContact.standing(sole, kin) for sole in robot.soles]
     if grasp:
         palms = (palm.frame for palm in robot.palms)
@@ -82,30 +112,31 @@ def standing_contacts(robot: Robot, *, grasp: bool, q: Array | None = None) -> C
     return ContactStack(contacts)
 
 
-def still_reference(robot: Robot) -> Reference:
+def still_reference(robot: Robot) -> ReferencePath:
     """Return the reference that stays at half-sitting."""
     still = np.zeros(robot.nv)
     return lambda k: (robot.q_half_sitting, still)
 
 
-def moving_reference(robot: Robot, contacts: ContactStack, dt: float, duration: float) -> Reference:
-    """Return a palm on its way 10 cm forward and 8 cm up in 1 s, contacts kept.
+def moving_reference(
+    robot: Robot, contacts: ContactStack, dt: float, duration: float
+) -> ReferencePath:
+    """Return a palm that moves 10 cm forward and 8 cm up in 1 s, contacts kept.
 
     The hierarchy is solved for the first `duration` [s] of it.
     """
-    frame_id = robot.frame_id(robot.palms[0].frame)
-    kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
-    T = kin.placement(frame_id)
-    way = WaypointTrajectory(
+    palm = robot.palms[0].frame
+    T = robot.at(robot.q_half_sitting).placement(palm)
+    path = WaypointTrajectory(
         [
             Waypoint(0.0, T),
             Waypoint(1.0, pin.SE3(T.rotation, T.translation + np.array([0.10, 0.0, 0.08]))),
         ]
     )
-    levels = [
+    levels: list[list[Task]] = [
         [ContactTask("contacts", contacts)],
-        [FramePoseTask("palm", frame_id, way)],
-        [PostureTask("posture", robot, robot.q_half_sitting[7:])],
+        [FramePoseTask("palm", palm, path)],
+        [PostureTask("posture", robot, robot.q_half_sitting[robot.nq_base :])],
     ]
     motion = MotionGenerator(robot, levels, make_solver("active_set"), dt, robot.q_half_sitting)
     steps = [motion.step(k * dt) for k in range(round(duration / dt) + 1)]
@@ -113,74 +144,63 @@ def moving_reference(robot: Robot, contacts: ContactStack, dt: float, duration: 
 
 
 def record(
-    robot: Robot,
-    contacts: ContactStack,
-    reference: Reference,
-    *,
-    dt: float,
-    duration: float,
-    gains: dict[str, object],
-    force: float = 20.0,
-    kappa: float | None = None,
-    dq_start: Array | None = None,
-    keep_every: int = 1,
-    keep_from: int = 1,
-    joint_damping: float = 0.0,
-    kicks: Sequence[tuple[int, Array]] = (),
-    events: Mapping[int, Callable[[PassivityController], None]] | None = None,
+    robot: Robot, contacts: ContactStack, references: ReferencePath, plan: Plan
 ) -> RecordedRun:
-    """Run the loop for `duration` [s] at period `dt` [s].
-
-    Every `keep_every`-th tick is kept, from the tick `keep_from` >= 1 on. `force` [N] is wanted on
-    every regulated row; `kappa` [1/s] sets K_d = kappa M, by default the adviser's share of what
-    the step allows; `dq_start` (nv,) displaces the start along tangent directions; a kick (tick,
-    dv) adds `dv` (nv,) to the velocity, as a blow would; an event changes the memory of the law
-    just before a tick.
-    """
-    alpha = float(gains.get("alpha", 20.0))  # type: ignore[arg-type]
-    K_d = advise_gains(robot, contacts, robot.q_half_sitting, dt, alpha=alpha, kappa=kappa).K_d
-    settings = ControlGains(K_d=K_d, **gains)  # type: ignore[arg-type]
-    controller = PassivityController(robot, contacts, settings, dt)
-    q_start = reference(0)[0]
-    if dq_start is not None:
-        q_start = pin.integrate(robot.model, q_start, dq_start)
-    run = RecordedRun(robot, contacts, settings, dt, joint_damping)
-    blows = dict(kicks)
-    lam_ref = np.full(contacts.regulated_rows.size, force)
+    """Run the loop as planned, and keep what happened."""
+    dt, gains = plan.dt, _gains(robot, contacts, plan)
+    controller = PassivityController(robot, contacts, gains, dt)
+    q_start = references(0)[0]
+    if plan.dq_start is not None:
+        q_start = pin.integrate(robot.model, q_start, plan.dq_start)
+    run = RecordedRun(robot, contacts, gains, dt, plan.joint_damping)
+    lam_ref = np.full(contacts.regulated_rows.size, plan.force)
     engine = _engine(run, q_start, np.zeros(robot.nv))
     state = engine.state
-    for k in range(round(duration / dt)):
-        if k in blows:
-            engine = _engine(run, state.q, state.v + blows[k])
+    for k in range(round(plan.duration / dt)):
+        if k in plan.kicks:
+            engine = _engine(run, state.q, state.v + plan.kicks[k])
             state = engine.state._replace(lam=state.lam)
-        q_ref, v_ref = reference(k)
+        q_ref, v_ref = references(k)
         measured = Measurement(state.q, state.v, state.lam)
-        target = Target(q_ref, v_ref, lam_ref)
-        if events and k in events:
-            events[k](controller)
-        kept = k % keep_every == 0 and k >= keep_from
+        reference = Reference(q_ref, v_ref, lam_ref)
+        if k in plan.events:
+            plan.events[k](controller)
+        kept = k % plan.keep_every == 0 and k >= plan.keep_from
         before = snapshot(controller) if kept else controller
-        command = controller.step(k * dt, measured, target)
+        command = controller.step(k * dt, measured, reference)
         if kept:
-            a, lam = engine.accelerations(np.concatenate((np.zeros(6), command.tau)))
+            a, lam = engine.accelerations(np.concatenate((np.zeros(robot.nv_base), command.tau)))
             after = snapshot(controller)
-            a_ref = (reference(k + 1)[1] - v_ref) / dt
+            a_ref = (references(k + 1)[1] - v_ref) / dt
             run.samples.append(
-                Sample(k * dt, measured, target, a_ref, before, after, command, a, lam)
+                Sample(k * dt, measured, reference, a_ref, before, after, command, a, lam)
             )
         state = engine.step(command.tau)
     return run
 
 
+def _gains(robot: Robot, contacts: ContactStack, plan: Plan) -> ControlGains:
+    alpha = float(plan.gains.get("alpha", 20.0))
+    q = robot.q_half_sitting
+    advice = advise_gains(robot, contacts, q, plan.dt, alpha=alpha, kappa=plan.kappa)
+    return ControlGains(K_d=advice.K_d, **plan.gains)
+
+
 def _engine(run: RecordedRun, q: Array, v: Array) -> RigidContactEngine:
     return RigidContactEngine(
-        run.robot, run.contacts, q, run.dt, v_start=v, joint_damping=run.joint_damping
+        run.robot,
+        run.contacts,
+        q,
+        run.dt,
+        options=RigidOptions(joint_damping=run.joint_damping),
+        v_start=v,
     )
 
 
 def snapshot(controller: PassivityController) -> PassivityController:
     """Return a controller with the same memory, which steps without touching the original."""
-    twin = copy.copy(controller)
-    twin.posture = copy.deepcopy(controller.posture)
-    twin.force = copy.deepcopy(controller.force)
+    twin = PassivityController(
+        controller.robot, controller.contacts, controller.gains, controller.dt
+    )
+    twin.restore(controller.state())
     return twin

@@ -99,6 +99,10 @@ class Bridge:
         self.process.join(timeout=5.0)
         if self.process.is_alive():
             self.process.terminate()
+            self.process.join(timeout=5.0)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
 
     def _tell(self) -> None:
         """Hand over the last tick, unless that was done."""

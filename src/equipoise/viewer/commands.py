@@ -24,12 +24,12 @@ Say = Callable[[str], None]
 RUNS = Path("runs")
 
 
-def view_run(place: Path | None, host: str, port: int | None, say: Say, *, browse: bool) -> None:
+def view_run(run_path: Path | None, host: str, port: int | None, say: Say, *, browse: bool) -> None:
     """Show a run (None: the last one under runs/) until Ctrl-C.
 
     Raises: `RunLogError`, `InputError`.
     """
-    log = LongLog(place if place is not None else latest_run(RUNS))
+    log = LongLog(run_path if run_path is not None else latest_run(RUNS))
     server = ViewerServer(host, port)
     try:
         replay = Replay(log, server)
@@ -49,10 +49,10 @@ def view_robot(name_or_path: str, host: str, port: int | None, say: Say, *, brow
     Raises: `RobotFileError` with every error of a file that cannot be trusted.
     """
     known = name_or_path in named_robots()
-    place = robot_path(name_or_path) if known else Path(name_or_path)
-    findings = check_urdf(place)
-    raise_errors(place, findings)
-    robot = get_robot(place)
+    path = robot_path(name_or_path) if known else Path(name_or_path)
+    findings = check_urdf(path)
+    raise_errors(path, findings)
+    robot = get_robot(path)
     server = ViewerServer(host, port)
     try:
         RobotView(robot, findings, server)

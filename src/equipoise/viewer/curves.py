@@ -72,8 +72,8 @@ def _posture(channels: Channels, setup: Setup) -> Plot | None:
     if "dq" not in channels:
         return None
     curves = [
-        Curve(limb.title, _largest("dq", [6 + i for i in limb.joints], 1e3))
-        for limb in joint_groups_of(setup.robot, setup.robot.joint_names)
+        Curve(group.title, _largest("dq", [setup.robot.nv_base + i for i in group.joints], 1e3))
+        for group in joint_groups_of(setup.robot, setup.robot.joint_names)
     ]
     return Plot("Posture error", "mrad", tuple(curves[:MOST_CURVES]))
 
@@ -108,8 +108,10 @@ def _torques(channels: Channels, setup: Setup) -> Plot | None:
         return None
     robot = setup.robot
     curves = [
-        Curve(limb.title, _largest("tau", list(limb.joints), 100.0 / robot.tau_max[[*limb.joints]]))
-        for limb in joint_groups_of(robot, robot.joint_names)
+        Curve(
+            group.title, _largest("tau", list(group.joints), 100.0 / robot.tau_max[[*group.joints]])
+        )
+        for group in joint_groups_of(robot, robot.joint_names)
     ]
     return Plot("Torques", "% of the limit", tuple(curves[:MOST_CURVES]))
 
@@ -149,7 +151,7 @@ def _sliding(channels: Channels, setup: Setup) -> Plot | None:
         return None
     size = channels["s"].size
     curves = (
-        Curve("largest joint", _largest("s", list(range(6, size)), 1.0)),
+        Curve("largest joint", _largest("s", list(range(setup.robot.nv_base, size)), 1.0)),
         Curve("base, turning", _largest("s", [3, 4, 5], 1.0)),
     )
     return Plot("Extended error s", "rad/s", curves)
@@ -163,7 +165,7 @@ def _balance(channels: Channels, setup: Setup) -> Plot | None:
         if name.startswith("margin/") and "pressure" in channel.labels:
             label = f"CoP in {name.removeprefix('margin/')}"
             curves.append(Curve(label, _column(name, channel.labels.index("pressure"), 1e3)))
-    return Plot("Balance: room to the edge", "mm", tuple(curves[:MOST_CURVES]))
+    return Plot("Balance: margin to the edge", "mm", tuple(curves[:MOST_CURVES]))
 
 
 def _modes(channels: Channels, setup: Setup) -> Plot | None:
@@ -179,11 +181,15 @@ def _modes(channels: Channels, setup: Setup) -> Plot | None:
 def _joints(channels: Channels, setup: Setup) -> list[Plot]:
     if "q" not in channels or "q_ref" not in channels:
         return []
+    base = setup.robot.nq_base
     return [
         Plot(
             f"Joint {name}",
             "rad",
-            (Curve("measured", _column("q", 7 + i)), Curve("reference", _column("q_ref", 7 + i))),
+            (
+                Curve("measured", _column("q", base + i)),
+                Curve("reference", _column("q_ref", base + i)),
+            ),
         )
         for i, name in enumerate(setup.robot.joint_names)
     ]

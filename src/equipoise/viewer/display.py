@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 import viser
@@ -13,7 +15,7 @@ from equipoise.scenarios import schema
 from equipoise.simulation.build.levels import build_levels
 from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
-from equipoise.tasks import AvoidanceTask
+from equipoise.tasks import AvoidanceTask, Task
 from equipoise.viewer.drawing import Drawing, robot_parts
 from equipoise.viewer.forces import ForceLayer, PushLayer
 from equipoise.viewer.ghost import Ghost
@@ -34,7 +36,7 @@ class Display:
         self.server, self.setup = server, setup
         self.levels = build_levels(scenario, setup)
         self._evaluator = KinematicsEvaluator(setup.robot)
-        _set_stage(server)
+        _set_up_scene(server)
         parts, model = robot_parts(setup.scene), setup.robot.model
         self._robot = Drawing(server.scene, "/robot", parts, model.parents)
         self._ghost = Ghost(server.scene, parts, model, self._robot)
@@ -49,7 +51,7 @@ class Display:
         )
         self.panels = Panels(server.gui)
         later = (self._ghost, *self.layers[1:])
-        self.unveiling = ProgressiveDisplay(server, ((self.panels,), later))
+        self.progressive = ProgressiveDisplay(server, ((self.panels,), later))
 
     def add_panels(self) -> None:
         """Add the line of the supervisor's mode, the switches of the layers and the hierarchy."""
@@ -85,14 +87,14 @@ class Display:
     def _add_switches(self) -> None:
         """Add a check box a layer, and what the colours and lengths mean."""
         gui = self.server.gui
-        things: dict[str, Showable] = {
+        items: dict[str, Showable] = {
             "Robot": self._robot,
             "Reference (ghost)": self._ghost,
             **{layer.title: layer for layer in self.layers},
         }
-        for title, thing in things.items():
+        for title, item in items.items():
             box = gui.add_checkbox(title, initial_value=True)
-            box.on_update(lambda event, thing=thing: self._switch(thing, event.target.value))
+            box.on_update(partial(self._switch, item))
         solidity = gui.add_slider("Robot solidity", min=0.1, max=1.0, step=0.05, initial_value=1.0)
         solidity.on_update(lambda event: self._make_solid(event.target.value))
         gui.add_markdown(
@@ -102,8 +104,8 @@ class Display:
             "more than 3 mm.*"
         )
 
-    def _switch(self, thing: Showable, visible: bool) -> None:
-        self.unveiling.set_visible(thing, visible)
+    def _switch(self, item: Showable, event: viser.GuiEvent[Any]) -> None:
+        self.progressive.set_visible(item, bool(event.target.value))
         self._ghost.reconsider()
 
     def _make_solid(self, solidity: float) -> None:
@@ -111,7 +113,7 @@ class Display:
         self._ghost.reconsider()
 
 
-def _set_stage(server: viser.ViserServer) -> None:
+def _set_up_scene(server: viser.ViserServer) -> None:
     """Set the floor, the light and where the camera begins."""
     server.scene.add_grid(
         "/floor", width=4.0, height=4.0, cell_size=0.1, section_size=0.5, plane="xy"
@@ -125,7 +127,7 @@ def _set_stage(server: viser.ViserServer) -> None:
     server.initial_camera.look_at = (0.2, 0.0, 0.65)
 
 
-def _pairs(scenario: schema.Scenario, setup: Setup, levels: list) -> list[Pair]:
+def _pairs(scenario: schema.Scenario, setup: Setup, levels: Sequence[Sequence[Task]]) -> list[Pair]:
     pairs = {
         p.name: p
         for level in levels

@@ -11,12 +11,12 @@ import viser
 from equipoise.analysis.rendering.scene_meshes import Part, SceneMeshes
 from equipoise.analysis.rendering.tessellation import tessellate
 from equipoise.collision.scene import Scene
-from equipoise.spatial import Array
+from equipoise.spatial import POSE_SIZE, Array, Indices
 from equipoise.viewer.layer import Showable
 
 _STILL = 1e-5  # [m, or of a quaternion] a joint that moved less is not sent again: 0.2 mm at a hand
 
-Coloured = tuple[tuple[int, int, int], Array, Array]  # colour, vertices, triangles
+Coloured = tuple[tuple[int, int, int], Array, Indices]  # colour, vertices, triangles
 
 
 class Drawing(Showable):
@@ -47,8 +47,8 @@ class Drawing(Showable):
         for joint, above in self._above.items():
             mine = _by_colour([part for part in parts if part.joint == joint], colour)
             meshes = [(rgb, *_joined(same, inset)) for rgb, same in mine.items()]
-            place = root if above is None else self._nodes[above].name
-            self._nodes[joint] = self._add_node(f"{place}/joint{joint}", meshes)
+            parent = root if above is None else self._nodes[above].name
+            self._nodes[joint] = self._add_node(f"{parent}/joint{joint}", meshes)
         self._sent: dict[int, Array] = {}
 
     @property
@@ -87,7 +87,7 @@ class Drawing(Showable):
         for joint, above in self._above.items():
             T = placements[joint] if above is None else placements[above].actInv(placements[joint])
             pose, node = pin.SE3ToXYZQUAT(T), self._nodes[joint]
-            sent = self._sent.setdefault(joint, np.full(7, np.inf))
+            sent = self._sent.setdefault(joint, np.full(POSE_SIZE, np.inf))
             if np.abs(pose[:3] - sent[:3]).max() > _STILL:
                 node.position = sent[:3] = pose[:3]
             if np.abs(pose[3:] - sent[3:]).max() > _STILL:
@@ -132,7 +132,7 @@ def _by_colour(
     return groups
 
 
-def _joined(parts: Sequence[Part], inset: float) -> tuple[Array, Array]:
+def _joined(parts: Sequence[Part], inset: float) -> tuple[Array, Indices]:
     starts = np.cumsum([0, *(len(part.mesh.vertices) for part in parts)])
     vertices = np.vstack([p.mesh.vertices - inset * p.mesh.normals for p in parts])
     triangles = np.vstack(

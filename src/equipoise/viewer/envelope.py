@@ -61,15 +61,15 @@ class Envelope:
         least = self._least[:, list(indices)].min(axis=0)
         return sorted(indices[i] for i in np.argsort(least, kind="stable")[:count])
 
-    def _merge(self, place: int, t: Array, values: Array) -> None:
+    def _merge(self, stretch: int, t: Array, values: Array) -> None:
         known = np.isfinite(values)
         low = np.where(known, values, np.inf)
         high = np.where(known, values, -np.inf)
         at_low, at_high = low.argmin(axis=0), high.argmax(axis=0)
         columns = np.arange(values.shape[1])
         low, high = low[at_low, columns], high[at_high, columns]
-        lower, higher = low < self._least[place], high > self._largest[place]
-        self._least[place, lower] = low[lower]
-        self._t_least[place, lower] = t[at_low[lower]]
-        self._largest[place, higher] = high[higher]
-        self._t_largest[place, higher] = t[at_high[higher]]
+        lower, higher = low < self._least[stretch], high > self._largest[stretch]
+        self._least[stretch, lower] = low[lower]
+        self._t_least[stretch, lower] = t[at_low[lower]]
+        self._largest[stretch, higher] = high[higher]
+        self._t_largest[stretch, higher] = t[at_high[higher]]

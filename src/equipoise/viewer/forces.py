@@ -127,8 +127,8 @@ _KINDS: dict[type | tuple[type, ...], Callable[..., list[Array]]] = {
 }
 
 
-def _ending(point: Array, way: Array) -> Array:
-    return np.array([point - way, point])
+def _ending(point: Array, arrow: Array) -> Array:
+    return np.array([point - arrow, point])
 
 
 def _up(height: float) -> Array:

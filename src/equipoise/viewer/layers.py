@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from equipoise.analysis.rendering.sole_arrows import pressure_in_sole
+from equipoise.analysis.rendering.sole_arrows import pressure_in_sole, sole_contacts
 from equipoise.collision.distances import DistanceEvaluator
 from equipoise.collision.scene import Pair
 from equipoise.simulation.build.setup import Setup
@@ -86,7 +86,7 @@ def centre_of_pressure(setup: Setup, moment: Moment) -> Array | None:
     It is the mean of the soles' own centres, weighted by their normal forces.
     """
     total, weighted = 0.0, np.zeros(3)
-    for contact in setup.soles.contacts:
+    for contact in sole_contacts(setup):
         lam = moment.values.get(f"lam/{contact.name}")
         if lam is not None and lam[2] > 0.0:
             total += lam[2]

@@ -77,7 +77,7 @@ class LiveView:
         self._ends = np.cumsum([channel.size for channel in job.channels])[:-1]
         gui = server.viser.gui
         self.display = Display(server.viser, scenario, setup)
-        with self.display.panels.room():
+        with self.display.panels.group():
             gui.add_markdown(f"**{scenario.title or scenario.name}** — running")
             self.panel = OperatorPanel(gui, scenario, setup, job.push_frame, self._send)
             self.display.add_panels()
@@ -149,7 +149,7 @@ class LiveView:
     def _show_replay(self, folder: Path) -> None:
         """Give the same page to the finished run."""
         viser = self.server.viser
-        self.display.unveiling.end()
+        self.display.progressive.end()
         self._unwritten = None
         viser.gui.reset()
         viser.scene.reset()

@@ -39,9 +39,9 @@ class LongLog:
     """
 
     def __init__(self, folder_or_mcap: Path | str) -> None:
-        place = Path(folder_or_mcap)
-        self.run: Run = load_run(place, start=-1.0, stop=-1.0)
-        self.path = place / LOG_NAME if place.is_dir() else place
+        given = Path(folder_or_mcap)
+        self.run: Run = load_run(given, start=-1.0, stop=-1.0)
+        self.path = given / LOG_NAME if given.is_dir() else given
         self._layout = make_layout(tuple(self.run.channels.values()))
         self._fields = {channel: f"values{i}" for i, channel in enumerate(self.run.channels)}
         with open(self.path, "rb") as stream:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import viser
@@ -11,6 +12,7 @@ import viser
 from equipoise.scenarios import schema
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.operator import GAIN_UNITS, OperatorRequest
+from equipoise.viewer.controls import write
 
 MOST_PUSH = 150.0  # [N]
 MOST_FORCE = 30.0  # [N], added to a wanted force
@@ -27,6 +29,7 @@ class OperatorPanel:
         self._gui, self._send = gui, send
         self._turn = threading.RLock()  # the page's threads act one by one
         self._running = True
+        self._told = OperatorRequest()
         self._time = gui.add_text("Time", "0.000 s", disabled=True)
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, hint="space")
         self._pause.on_click(lambda _: self.toggle())
@@ -37,25 +40,27 @@ class OperatorPanel:
         gui.add_command("Pause or go on", hotkey="space").on_trigger(lambda _: self.toggle())
         gui.add_command("One tick", hotkey="arrowright").on_trigger(lambda _: self.step(1))
         self._given = {name: float(getattr(scenario.control.gains, name)) for name in GAIN_UNITS}
-        self._gains: dict[str, viser.GuiNumberHandle] = {}
-        self._forces: dict[str, viser.GuiSliderHandle] = {}
+        self._gains: dict[str, viser.GuiNumberHandle[float]] = {}
+        self._forces: dict[str, viser.GuiSliderHandle[float]] = {}
         self._add_push(setup, frame)
         self._add_forces(setup)
         self._add_gains()
 
     def show(self, t: float) -> None:
         """Show the time [s] of the run."""
-        self._time.value = f"{t:.3f} s"
+        write(self._time, f"{t:.3f} s")
 
     def toggle(self) -> None:
-        """Pause or go on."""
+        """Pause or go on, under what stands in the controls."""
         with self._turn:
+            self._send_request()
             self._set_running(not self._running)
             self._send("run", self._running)
 
     def step(self, ticks: int) -> None:
-        """Pause after some more ticks."""
+        """Pause after some more ticks, under what stands in the controls."""
         with self._turn:
+            self._send_request()
             self._set_running(False)
             self._send("step", ticks)
 
@@ -83,7 +88,8 @@ class OperatorPanel:
             ]
             none = gui.add_button("No push")
         none.on_click(lambda _: self._release())
-        for control in (self._frame, *self._push):
+        controls: list[viser.GuiInputHandle[Any]] = [self._frame, *self._push]
+        for control in controls:
             control.on_update(self._changed)
 
     def _add_forces(self, setup: Setup) -> None:
@@ -112,17 +118,20 @@ class OperatorPanel:
 
     def _release(self) -> None:
         for slider in self._push:
-            slider.value = 0.0
-        self._wish()
+            write(slider, 0.0)
+        self._send_request()
 
-    def _changed(self, event: viser.GuiEvent) -> None:
+    def _changed(self, event: viser.GuiEvent[Any]) -> None:
         if event.client_id is not None:
-            self._wish()
+            self._send_request()
 
-    def _wish(self) -> None:
+    def _send_request(self) -> None:
         """Send what stands in the controls; one thread at a time, so that the newest is last."""
         with self._turn:
-            self._send("request", self.request)
+            request = self.request
+            if request != self._told:
+                self._told = request
+                self._send("request", request)
 
     def _set_running(self, running: bool) -> None:
         self._running = running

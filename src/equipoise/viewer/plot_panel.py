@@ -54,7 +54,7 @@ def add_plots(
 ) -> PlotPanel:
     """Add a panel with plots at the left of the page, which is one of its `panels`."""
     panel = gui.add_panel()
-    with panel.add_tab("Plots"), panels.room():
+    with panel.add_tab("Plots"), panels.group():
         shown = PlotPanel(gui, plots, envelope)
     panel.dock_left()
     panel.set_width(400)

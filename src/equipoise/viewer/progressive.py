@@ -12,7 +12,7 @@ from equipoise.viewer.page_ready import has_drawn
 
 
 class ProgressiveDisplay:
-    """Keeps things hidden while nobody looks, and shows them step by step.
+    """Keeps items hidden while nobody looks, and shows them step by step.
 
     A step of `steps` is shown when a page has drawn all that came before. A switch goes through
     `set_visible`, so that what a person hid stays hidden. Thin lines, arrows and balls each need
@@ -22,23 +22,23 @@ class ProgressiveDisplay:
 
     def __init__(self, server: viser.ViserServer, steps: Sequence[Sequence[Showable]]) -> None:
         self._server, self._steps = server, steps
-        self._wanted = {thing: True for step in steps for thing in step}
+        self._wanted = {item: True for step in steps for item in step}
         self._shown: set[Showable] = set()
         self._ended = False
         self._lock = threading.RLock()
-        for thing in self._wanted:
-            thing.set_visible(False)
+        for item in self._wanted:
+            item.set_visible(False)
         server.on_client_connect(self._somebody_looks)
         server.on_client_disconnect(lambda _: self._somebody_left())
 
-    def set_visible(self, thing: Showable, visible: bool) -> None:
-        """Show or hide a thing; one of those that are held back as soon as it may be seen."""
+    def set_visible(self, item: Showable, visible: bool) -> None:
+        """Show or hide an item; one of those that are held back as soon as it may be seen."""
         with self._lock:
-            if thing in self._wanted:
-                self._wanted[thing] = visible
-                visible = visible and thing in self._shown
+            if item in self._wanted:
+                self._wanted[item] = visible
+                visible = visible and item in self._shown
             if not self._ended:
-                thing.set_visible(visible)
+                item.set_visible(visible)
 
     @property
     def opened(self) -> bool:
@@ -46,7 +46,7 @@ class ProgressiveDisplay:
         return len(self._shown) == len(self._wanted)
 
     def end(self) -> None:
-        """Touch the things no more: they are about to be removed."""
+        """Touch the items no more: they are about to be removed."""
         with self._lock:
             self._ended = True
 
@@ -54,7 +54,7 @@ class ProgressiveDisplay:
         """Show what is wanted of a step."""
         with self._lock:
             if not self._ended:
-                self._set([thing for thing in step if thing not in self._shown], True)
+                self._set([item for item in step if item not in self._shown], True)
 
     def _somebody_looks(self, client: viser.ClientHandle) -> None:
         threading.Thread(target=self._show_in_steps, args=(client,), daemon=True).start()
@@ -71,8 +71,8 @@ class ProgressiveDisplay:
             if not self._ended and not self._server.get_clients():
                 self._set(list(self._shown), False)
 
-    def _set(self, things: Sequence[Showable], shown: bool) -> None:
+    def _set(self, items: Sequence[Showable], shown: bool) -> None:
         with self._server.atomic():
-            for thing in things:
-                (self._shown.add if shown else self._shown.discard)(thing)
-                thing.set_visible(shown and self._wanted[thing])
+            for item in items:
+                (self._shown.add if shown else self._shown.discard)(item)
+                item.set_visible(shown and self._wanted[item])

@@ -34,7 +34,7 @@ class Replay:
         self.clock = Clock(log.t_first, log.t_last)
         gui = server.viser.gui
         self.display = Display(server.viser, scenario, setup)
-        with self.display.panels.room():
+        with self.display.panels.group():
             self._summary(scenario.title or scenario.name)
             self.timeline = TimeLine(
                 gui, self.clock, lambda t: log.before(t).t, lambda t: log.after(t).t

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
+from functools import partial
 from html import escape
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -15,6 +17,7 @@ from equipoise.collision.scene import Scene
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
 from equipoise.robots.files.finding import Finding
+from equipoise.viewer.controls import write
 from equipoise.viewer.drawing import Drawing, robot_parts
 from equipoise.viewer.server import ViewerServer
 
@@ -36,7 +39,7 @@ class RobotView:
         self._server.initial_camera.look_at = (0.0, 0.0, 0.6)
         self._drawing = Drawing(scene, "/robot", robot_parts(Scene(robot)), robot.model.parents)
         self._frames = _Frames(self._server, robot)
-        self._sliders: list[viser.GuiSliderHandle] = []
+        self._sliders: list[viser.GuiSliderHandle[float]] = []
         self._add_panel(findings)
         self.show()
 
@@ -51,7 +54,7 @@ class RobotView:
         """Go to joint positions (na,) [rad or m], sliders included."""
         with self._lock:
             for slider, value in zip(self._sliders, joints, strict=True):
-                slider.value = float(np.clip(value, slider.min, slider.max))
+                write(slider, float(np.clip(value, slider.min, slider.max)))
             self.show()
 
     def _add_panel(self, findings: Sequence[Finding]) -> None:
@@ -66,14 +69,14 @@ class RobotView:
         with gui.add_folder("Frames", expand_by_default=False):
             self._frames.add_switches()
         back = gui.add_button("Half-sitting")
-        back.on_click(lambda _: self.set_joints(robot.q_half_sitting[7:]))
+        back.on_click(lambda _: self.set_joints(robot.q_half_sitting[robot.nq_base :]))
         zero = gui.add_button("All joints to zero")
         zero.on_click(lambda _: self.set_joints(np.zeros(robot.na)))
-        sliders: dict[int, viser.GuiSliderHandle] = {}
-        for limb in joint_groups_of(robot, robot.joint_names):
-            with gui.add_folder(limb.title, expand_by_default=False):
+        sliders: dict[int, viser.GuiSliderHandle[float]] = {}
+        for group in joint_groups_of(robot, robot.joint_names):
+            with gui.add_folder(group.title, expand_by_default=False):
                 for joint, name in zip(
-                    limb.joints, limb.short_names(robot.joint_names), strict=True
+                    group.joints, group.short_names(robot.joint_names), strict=True
                 ):
                     sliders[joint] = self._add_slider(joint, name)
         self._sliders = [sliders[i] for i in range(robot.na)]
@@ -81,9 +84,9 @@ class RobotView:
             gui.add_html(limits_table(robot))
         gui.main_panel.dock_right()
 
-    def _add_slider(self, joint: int, name: str) -> viser.GuiSliderHandle:
+    def _add_slider(self, joint: int, name: str) -> viser.GuiSliderHandle[float]:
         low, high = float(self.robot.q_min[joint]), float(self.robot.q_max[joint])
-        start = float(np.clip(self.q[7 + joint], low, high))
+        start = float(np.clip(self.q[self.robot.nq_base + joint], low, high))
         slider = self._server.gui.add_slider(
             name, low, max(high, low + 1e-6), max(1e-4, (high - low) / 2000.0), start
         )
@@ -92,7 +95,7 @@ class RobotView:
 
     def _slid(self, joint: int, value: float) -> None:
         with self._lock:
-            self.q[7 + joint] = value
+            self.q[self.robot.nq_base + joint] = value
             self.show()
 
 
@@ -123,7 +126,7 @@ class _Frames:
             ("All links", False, False),
         ):
             box = self._gui.add_checkbox(label, initial_value=shown)
-            box.on_update(lambda event, wanted=wanted: self._set(wanted, event.target.value))
+            box.on_update(partial(self._switch, wanted))
 
     def place(self, placements: Sequence[pin.SE3]) -> None:
         """Move the axes to the placements of the frames."""
@@ -131,7 +134,8 @@ class _Frames:
             pose = pin.SE3ToXYZQUAT(placements[index])
             node.position, node.wxyz = pose[:3], pose[[6, 3, 4, 5]]
 
-    def _set(self, named: bool, visible: bool) -> None:
+    def _switch(self, named: bool, event: viser.GuiEvent[Any]) -> None:
+        visible = bool(event.target.value)
         for index, node in self._nodes.items():
             if (index in self._named) == named:
                 node.visible = visible

@@ -13,12 +13,14 @@ from typing import Any
 from unittest.mock import patch
 
 import viser
+import viser.infra
 import websockets.asyncio.server as websocket_server
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from equipoise.errors import EquipoiseError, InputError
 from equipoise.viewer.guard import COOKIE, Guard, is_loopback, make_guard
+from equipoise.viewer.page_script import asks_for_page, with_script
 
 FIRST_PORT, PORTS = 8080, 100
 _opening = threading.Lock()
@@ -35,6 +37,23 @@ class _Server(viser.ViserServer):
         return None
 
 
+class _WakefulServer(viser.infra.WebsockServer):
+    """Queues messages from any thread.
+
+    viser wakes its sender by an event of asyncio, which is not made for other threads: where the
+    sender goes to sleep at that moment, an error says so. By then the message stands in the queue.
+    """
+
+    def queue_message(self, message: viser.infra.Message) -> None:
+        """Queue a message for all pages."""
+        try:
+            super().queue_message(message)
+        except RuntimeError as error:
+            if "mutated during iteration" not in str(error):
+                raise
+            self.get_message_buffer().flush()
+
+
 class ViewerServer:
     """A guarded viser server: `viser` is the server, `url` what a person opens (token included).
 
@@ -44,7 +63,7 @@ class ViewerServer:
     def __init__(self, host: str = "127.0.0.1", port: int | None = None) -> None:
         self.guard = make_guard(host)
         wanted = _free_port(host, port)
-        with _opening, _quiet(), _guarded(self.guard):
+        with _opening, _quiet(), _guarded(self.guard), _wakeful():
             self.viser = _Server(host=host, port=wanted, label="Equipoise", verbose=False)
         self.host, self.port = host, self.viser.get_port()
         self._require_guarded()
@@ -95,6 +114,13 @@ def _guarded(guard: Guard) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def _wakeful() -> Iterator[None]:
+    """Let the server that is opened meanwhile take messages from any thread."""
+    with patch.object(viser.infra, "WebsockServer", _WakefulServer):
+        yield
+
+
 Answer = Callable[[Any, Request], Response | None]
 
 
@@ -107,8 +133,10 @@ def _checked(answer: Answer | None, guard: Guard) -> Answer:
             cookie = f"{COOKIE}={guard.token}; Path=/; HttpOnly; SameSite=Lax"
             headers = {"Location": "/", "Set-Cookie": cookie, "Referrer-Policy": "no-referrer"}
             return _response(http.HTTPStatus.SEE_OTHER, "", headers)
+        is_page = asks_for_page(request)
         response = answer(connection, request) if answer is not None else None
         if response is not None:
+            response = with_script(response) if is_page else response
             for name, value in _page_headers(request.headers["Host"]).items():
                 response.headers[name] = value
         return response
@@ -172,7 +200,9 @@ def _own_address(host: str) -> str:
         return host
     try:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.connect(("192.0.2.1", 9))  # sends nothing: only asks which way it would go
+            probe.connect(
+                ("192.0.2.1", 9)
+            )  # sends nothing: only asks from which address it would go
             return probe.getsockname()[0]
     except OSError:
         return "127.0.0.1"

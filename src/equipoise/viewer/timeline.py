@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
+from typing import Any, Literal
 
 import viser
 
 from equipoise.viewer.clock import SPEEDS, Clock
+from equipoise.viewer.controls import write
 
 JUMP = 0.1  # [s], with shift
 Neighbour = Callable[[float], float]
+Hotkey = Literal["space", "arrowleft", "arrowright", "home", "end"]
+Key = tuple[str, Hotkey, Literal["shift"] | None, Callable[[], None]]
 
 
 class TimeLine:
@@ -61,20 +66,21 @@ class TimeLine:
         with self._turn:
             now = min(max(self._clock.t, self._slider.min), self._slider.max)
             if self._slider.value == self._written != now:  # else a person has just moved it
-                self._slider.value = self._written = now
+                self._written = now
+                write(self._slider, now)
         label = "Pause" if self._clock.playing else "Play"
         if self._play.label != label:
             self._play.label = label
             paused, playing = viser.Icon.PLAYER_PLAY, viser.Icon.PLAYER_PAUSE
             self._play.icon = playing if self._clock.playing else paused
 
-    def _slid(self, event: viser.GuiEvent) -> None:
+    def _slid(self, event: viser.GuiEvent[Any]) -> None:
         if event.client_id is not None:  # moved by a person, not by `show`
             with self._turn:
                 self._written = self._slider.value
                 self._clock.seek(float(self._written))
 
-    def _stepped(self, event: viser.GuiEvent) -> None:
+    def _stepped(self, event: viser.GuiEvent[Any]) -> None:
         clock = self._clock
         actions = {
             "|<": lambda: clock.seek(clock.first),
@@ -85,7 +91,7 @@ class TimeLine:
         actions[self._buttons.value]()
 
     def _add_keys(self, gui: viser.GuiApi) -> None:
-        keys: tuple[tuple[str, str, str | None, Callable[[], None]], ...] = (
+        keys: tuple[Key, ...] = (
             ("Play or pause", "space", None, self.toggle),
             ("One tick back", "arrowleft", None, lambda: self.step(-1)),
             ("One tick on", "arrowright", None, lambda: self.step(1)),
@@ -96,4 +102,8 @@ class TimeLine:
         )
         for label, key, modifier, action in keys:
             command = gui.add_command(label, hotkey=key, modifier=modifier)
-            command.on_trigger(lambda _, action=action: action())
+            command.on_trigger(partial(_act, action))
+
+
+def _act(action: Callable[[], None], event: viser.CommandEvent) -> None:
+    action()

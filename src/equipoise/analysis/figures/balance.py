@@ -5,8 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import HalfspaceIntersection
 
+from equipoise.analysis.figures.layout import (
+    LINE,
+    NAMED,
+    NUMBERS,
+    RIM,
+    SIDE,
+    Area,
+    Row,
+    axes_grid,
+    axes_height,
+    whole,
+)
 from equipoise.analysis.figures.style import (
     ALARM,
     COLOURS,
@@ -45,24 +56,31 @@ def balance_figure(context: RunContext) -> Figure | None:
     if not margins and not seen_from_above:
         return None
     figure = new_figure(13.3, 7.2, _title(context))
+    left = right = whole(figure)
     if seen_from_above and margins:
-        left, right = figure.subfigures(1, 2, width_ratios=(1.0, 1.05))
-    else:
-        left = right = figure
+        left, right = Area(left.left, 0.465 * left.right), Area(0.465 * left.right, left.right)
     if seen_from_above:
-        _draw_from_above(left.subplots(), context)
+        rows = [Row(below=NAMED + 2.5 * LINE)]
+        _draw_from_above(axes_grid(figure, left, [SIDE], rows)[0][0], context)
     if margins:
-        grid = right.subplots(len(margins), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, margin in zip(grid, margins, strict=True):
+        rows = [*(Row(below=RIM),) * (len(margins) - 1), Row(below=NAMED + 0.05)]
+        column = [row[0] for row in axes_grid(figure, right, [SIDE], rows)]
+        for axes, margin in zip(column, margins, strict=True):
             _draw_margin(axes, context, soles, *margin)
-        label_time(grid[-1], context.run.t)
-        grid[-1].legend(loc="upper right", bbox_to_anchor=(1.0, -0.16), ncols=4)
+            label_time(axes, context.run.t)
+        for axes in column[:-1]:
+            axes.set_xlabel("")
+            axes.tick_params(labelbottom=False)
+        last = column[-1]
+        drop = NUMBERS / axes_height(last)
+        last.legend(loc="upper right", bbox_to_anchor=(1.0, -drop), ncols=4, borderaxespad=0.0)
     return figure
 
 
 def inset(polygon: SupportPolygon, margin: float) -> Array | None:
     """Return the corners (k, 2) [m] of the polygon moved in by `margin`, None if it vanishes."""
     from scipy.optimize import linprog
+    from scipy.spatial import HalfspaceIntersection
 
     rows = np.column_stack([polygon.normals, np.ones(len(polygon.offsets))])
     bounds = [(None, None), (None, None), (0.0, None)]
@@ -101,7 +119,7 @@ def _draw_from_above(axes: Axes, context: RunContext) -> None:
             axes.text(x, y, name, color=SOFT, fontsize=9, ha="left", va="center")
     margin = context.com_margin
     inner = inset(polygon, margin) if margin else None
-    if inner is not None:
+    if margin is not None and inner is not None:
         closed = np.vstack([inner, inner[:1]])
         axes.plot(
             *closed.T,
@@ -118,7 +136,8 @@ def _draw_from_above(axes: Axes, context: RunContext) -> None:
     axes.set_title("Projection of the centre of mass, seen from above")
     axes.set_xlabel("x, forward [m]")
     axes.set_ylabel("y, to the left [m]")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3)
+    drop = NAMED / axes_height(axes)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -drop), ncols=3, borderaxespad=0.0)
 
 
 def _draw_margin(

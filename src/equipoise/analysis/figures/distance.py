@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from equipoise.analysis.figures.layout import HANDLE, RIM, SIDE, Area, Row, axes_grid, text_width
 from equipoise.analysis.figures.style import (
     ALARM,
     COLOURS,
     FAINT,
     INK,
+    NamedLook,
     draw_curve,
     label_time,
     new_figure,
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_WIDTH = 13.3  # [inch]
 _NAMED = 7
 _SAME = 1e-3  # [m]
 
@@ -87,13 +90,14 @@ def distances_figure(context: RunContext) -> Figure | None:
         f"Distances of the monitored pairs (smallest: {1e3 * closest.least:.3f} mm,"
         f" {closest.names[0]} at {t[int(np.argmax(closest.distance == closest.least))]:.2f} s)"
     )
-    figure = new_figure(13.3, 6.0, title)
-    axes = figure.subplots()
+    figure = new_figure(_WIDTH, 6.0, title)
+    edge = figure.get_figwidth() - HANDLE - text_width([_label(curve) for curve in curves[:_NAMED]])
+    axes = axes_grid(figure, Area(0.0, max(edge, 0.4 * _WIDTH)), [SIDE], [Row(RIM)])[0][0]
     for curve in curves[_NAMED:]:
         draw_curve(axes, t, 1e3 * curve.distance, color=FAINT, linewidth=0.8)
     for curve, colour in zip(curves[:_NAMED], COLOURS, strict=False):
-        label = f"{curve.label}  ({1e3 * curve.least:.1f} mm)"
-        draw_curve(axes, t, 1e3 * curve.distance, color=colour, label=label, linewidth=1.8)
+        look: NamedLook = {"color": colour, "label": _label(curve), "linewidth": 1.8}
+        draw_curve(axes, t, 1e3 * curve.distance, **look)
     if len(curves) > _NAMED:
         axes.plot([], [], color=FAINT, label=f"{len(curves) - _NAMED} others, farther away")
     _draw_security(axes, context, names)
@@ -108,6 +112,10 @@ def distances_figure(context: RunContext) -> Figure | None:
         title_fontsize=9,
     )
     return figure
+
+
+def _label(curve: Curve) -> str:
+    return f"{curve.label}  ({1e3 * curve.least:.1f} mm)"
 
 
 def _range(curves: list[Curve]) -> tuple[float, float]:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from equipoise.analysis.figures.layout import SIDE, Row, axes_grid, whole
 from equipoise.analysis.figures.style import (
     COLOURS,
     INK,
+    Look,
     curve_look,
     draw_curve,
     label_time,
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Panel = Callable[["Axes"], None]
+ForceRow = tuple[str, Array, Array, str]  # name, wanted and achieved (N,), unit
 
 
 @styled
@@ -37,12 +41,12 @@ def errors_figure(context: RunContext) -> Figure | None:
     columns = min(3, len(panels))
     rows = -(-len(panels) // columns)
     figure = new_figure(4.44 * columns, 0.6 + 3.3 * rows, "Tracking errors of motion and force")
-    grid = figure.subplots(rows, columns, squeeze=False)
-    for axes, panel in zip(grid.flat, panels, strict=False):
+    places = list(chain(*axes_grid(figure, whole(figure), [SIDE] * columns, [Row()] * rows)))
+    for axes, panel in zip(places, panels, strict=False):
         panel(axes)
         label_time(axes, context.run.t)
         axes.legend(loc="best")
-    for axes in grid.flat[len(panels) :]:
+    for axes in places[len(panels) :]:
         axes.remove()
     return figure
 
@@ -113,7 +117,7 @@ def _force_panels(context: RunContext) -> list[Panel]:
     return panels
 
 
-def regulated_rows(context: RunContext) -> list[tuple[str, Array, Array, str]]:
+def regulated_rows(context: RunContext) -> list[ForceRow]:
     """Return name, wanted (N,) and achieved (N,) multiplier, and unit of each regulated row."""
     rows = []
     for channel in context.run.channels.values():
@@ -129,20 +133,20 @@ def regulated_rows(context: RunContext) -> list[tuple[str, Array, Array, str]]:
     return rows
 
 
-def _draw_forces(context: RunContext, rows: list, unit: str, axes: Axes) -> None:
+def _draw_forces(context: RunContext, rows: list[ForceRow], unit: str, axes: Axes) -> None:
     for k, (name, wanted, achieved, _) in enumerate(rows):
         colour = COLOURS[k % len(COLOURS)]
         draw_curve(
             axes, context.run.t, achieved, color=colour, label=f"{name}: achieved", linewidth=2
         )
-        look = {"color": INK, "linestyle": (0, (4, 3)), "linewidth": 1.0}
+        look: Look = {"color": INK, "linestyle": (0, (4, 3)), "linewidth": 1.0}
         draw_curve(axes, context.run.t, wanted, label=f"{name}: wanted", **look)
     kind = "moment" if unit == "N m" else "force"
     axes.set_title(f"Regulated contact {kind}: wanted and achieved")
     axes.set_ylabel(f"{kind} [{unit}]")
 
 
-def _draw_force_errors(context: RunContext, rows: list, unit: str, axes: Axes) -> None:
+def _draw_force_errors(context: RunContext, rows: list[ForceRow], unit: str, axes: Axes) -> None:
     zero_line(axes)
     for k, (name, wanted, achieved, _) in enumerate(rows):
         error = achieved - wanted

@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from equipoise.analysis.figures.layout import (
+    NAMED,
+    NUMBERS,
+    RIM,
+    SIDE,
+    SIDE_NUMBERS,
+    TITLE,
+    Row,
+    axes_grid,
+    legend_below,
+    legend_height,
+    text_width,
+    whole,
+)
 from equipoise.analysis.figures.style import (
     ALARM,
     COLOURS,
     INK,
     SOFT,
+    Look,
     draw_curve,
+    draw_together,
     finite,
     label_time,
-    legend_below,
     new_figure,
     number,
     styled,
@@ -29,6 +45,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_COLUMNS = 5
+_LETTERS, _SHARE_LETTERS = 30, 46  # of a line of a legend
 
 
 @styled
@@ -45,22 +62,35 @@ def joints_figure(context: RunContext) -> Figure | None:
     columns = min(len(joint_groups), _MOST_COLUMNS)
     bands = -(-len(joint_groups) // columns)
     figure = new_figure(1.2 + 2.9 * columns, 0.8 + 3.3 * len(rows) * bands, _joints_title(context))
-    grid = figure.subplots(len(rows) * bands, columns, squeeze=False)
+    sides = [SIDE, *(SIDE_NUMBERS,) * (columns - 1)]
+    grid = axes_grid(figure, whole(figure), sides, _bands(context, len(rows), columns))
     for k, limb in enumerate(joint_groups):
         band, column = divmod(k, columns)
         for r, (name, reference, skip) in enumerate(rows):
-            axes = grid[band * len(rows) + r, column]
+            axes = grid[band * len(rows) + r][column]
             _draw_limb(axes, context, limb, name, reference, skip)
             if column == 0:
                 axes.set_ylabel(_quantity(context, name, limb, skip))
             if r == 0:
                 axes.set_title(limb.title)
         label_time(axes, context.run.t)
-        legend_below(axes, 30)
-    for axes in grid.flat:
+        legend_below(axes, _LETTERS)
+    for axes in chain(*grid):
         if not axes.lines:
             axes.remove()
     return figure
+
+
+def _bands(context: RunContext, rows: int, columns: int) -> list[Row]:
+    """Return the rows of axes: in each band, `rows` under each other and legends below the last."""
+    groups, bands = context.joint_groups, []
+    for first in range(0, len(groups), columns):
+        labels = [g.short_names(context.joint_names) for g in groups[first : first + columns]]
+        legends = max(legend_height(names, _LETTERS) for names in labels)
+        for r in range(rows):
+            below = NAMED + legends if r == rows - 1 else NUMBERS
+            bands.append(Row(TITLE if r == 0 else RIM, below))
+    return bands
 
 
 def _draw_limb(
@@ -74,8 +104,9 @@ def _draw_limb(
         limb.joints, limb.short_names(context.joint_names), COLOURS, strict=False
     ):
         draw_curve(axes, t, values[:, joint], color=colour, label=label, linewidth=2.0, alpha=0.85)
-    for joint in limb.joints if wanted is not None else ():
-        draw_curve(axes, t, wanted[:, joint], color=INK, linewidth=0.8, linestyle=(0, (4, 3)))
+    if wanted is not None:
+        look: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 3))}
+        draw_together(axes, t, wanted[:, list(limb.joints)], **look)
     label_time(axes, t)
     axes.set_xlabel("")
 
@@ -122,12 +153,16 @@ def torques_figure(context: RunContext) -> Figure | None:
         f" {robot.joint_names[joint]} at {context.run.t[tick]:.2f} s)"
     )
     figure = new_figure(13.3, 0.6 + 3.7 * rows, title)
-    grid = figure.subplots(rows, columns, squeeze=False)
+    labels = [group.short_names(robot.joint_names) for group in joint_groups]
+    below = NAMED + max(legend_height(names, _SHARE_LETTERS) for names in labels)
+    sides = [SIDE] * columns
+    sides[len(joint_groups) % columns] = 0.2 + text_width(robot.joint_names)
+    places = list(chain(*axes_grid(figure, whole(figure), sides, [Row(below=below)] * rows)))
     reach = max(115.0, 1.1 * float(np.abs(finite(share)).max()))
-    for axes, limb in zip(grid.flat, joint_groups, strict=False):
+    for axes, limb in zip(places, joint_groups, strict=False):
         _draw_shares(axes, context, limb, share, reach)
-    _draw_peaks(grid.flat[len(joint_groups)], share, robot.joint_names)
-    for axes in grid.flat[len(joint_groups) + 1 :]:
+    _draw_peaks(places[len(joint_groups)], share, robot.joint_names)
+    for axes in places[len(joint_groups) + 1 :]:
         axes.remove()
     return figure
 
@@ -161,7 +196,7 @@ def _draw_shares(
     axes.set_yticks([-100, -50, 0, 50, 100])
     axes.set_ylabel("torque / limit [%]")
     label_time(axes, t)
-    legend_below(axes, 46)
+    legend_below(axes, _SHARE_LETTERS)
 
 
 def _draw_peaks(axes: Axes, share: Array, names: tuple[str, ...], count: int = 10) -> None:

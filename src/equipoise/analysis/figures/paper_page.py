@@ -16,7 +16,9 @@ from equipoise.analysis.figures.snapshots import draw_snapshots
 from equipoise.analysis.figures.style import (
     COLOURS,
     INK,
+    Look,
     draw_curve,
+    draw_together,
     label_time,
     new_figure,
     save,
@@ -56,7 +58,6 @@ def write_paper_page(run: Run, folder: Path) -> list[Path]:
 def paper_page(context: RunContext) -> Figure:
     """Return the page. Source: Figures 2 and 3. Differs: units, references drawn, no base."""
     figure = new_figure(_WIDTH, _STRIP + _PLOTS, context.scenario.title if context.known else "")
-    figure.set_layout_engine("none")
     height = _STRIP + _PLOTS
     top = 1.0 - 0.4 / height
     draw_snapshots(figure, context.run, context.setup, (0.01, _PLOTS / height, 0.98, top))
@@ -98,11 +99,11 @@ def _draw_profiles(
     t = context.run.t
     for k, limb in enumerate(context.joint_groups):
         for number, joint in enumerate(limb.joints):
-            look = {"color": COLOURS[k % len(COLOURS)], "linewidth": 1.0}
+            look: Look = {"color": COLOURS[k % len(COLOURS)], "linewidth": 1.0}
             caption = limb.title if number == 0 else "_nolegend_"
             draw_curve(axes, t, context.run[name][:, skip + joint], label=caption, **look)
-            dashed = {"color": INK, "linewidth": 0.5, "linestyle": (0, (4, 4))}
-            draw_curve(axes, t, context.run[reference][:, skip + joint], **dashed)
+    dashed: Look = {"color": INK, "linewidth": 0.5, "linestyle": (0, (4, 4))}
+    draw_together(axes, t, context.run[reference][:, skip:], **dashed)
     axes.set_title(f"{title} (dashed: wanted)")
     axes.set_ylabel(label)
 
@@ -122,7 +123,7 @@ def _draw_force(context: RunContext, axes: Axes) -> None:
     for k, (name, wanted, achieved, unit) in enumerate(regulated_rows(context)):
         colour = COLOURS[k % len(COLOURS)]
         draw_curve(axes, context.run.t, achieved, color=colour, label=name, linewidth=1.4)
-        look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 3))}
+        look: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 3))}
         draw_curve(axes, context.run.t, wanted, label=f"{name} wanted", **look)
         axes.set_ylabel(f"[{unit}]")
     axes.set_title("Normal force")

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from equipoise.analysis.figures.style import INK, new_figure, styled
 from equipoise.analysis.rendering.axes3d import draw_scene, frame_scene
+from equipoise.analysis.rendering.camera import Camera
 from equipoise.analysis.rendering.scene_meshes import SceneMeshes
+from equipoise.analysis.run_context import RunContext
 from equipoise.errors import InputError
 from equipoise.runlog import Run
 
@@ -23,6 +26,11 @@ _WIDEST = 3.3  # [inch]
 _CAPTION = 0.35  # [inch]
 
 
+def run_strip(context: RunContext) -> Figure | None:
+    """Draw the strip of a whole run; None where the robot or its configurations are not known."""
+    return snapshot_strip(context.run, setup=context.setup) if context.drawable else None
+
+
 @styled
 def snapshot_strip(
     run: Run,
@@ -34,7 +42,7 @@ def snapshot_strip(
     """Draw the robot in its world at `times` [s], all seen by one camera, side by side.
 
     Without times, `count` ticks are spread evenly over the run. Each picture shows the tick
-    nearest to its time and bears that tick's time. `places` is built from the run's scenario
+    nearest to its time and bears that tick's time. `setup` is built from the run's scenario
     unless given.
 
     Raises: InputError if the run has no ticks or no time is wanted; what reading the scenario
@@ -52,24 +60,46 @@ def snapshot_strip(
     columns = -(-len(ticks) // rows)
     width = min(_WIDTH / columns, _WIDEST)
     figure = new_figure(columns * width, rows * (width / camera.aspect + _CAPTION))
-    figure.set_layout_engine("none")
     share = _CAPTION / (width / camera.aspect + _CAPTION)
     for i, tick in enumerate(ticks):
         row, column = divmod(i, columns)
         bottom = 1.0 - (row + 1 - share) / rows
-        axes = figure.add_axes((column / columns, bottom, 1.0 / columns, (1.0 - share) / rows))
-        draw_scene(axes, _meshes_at(setup, scene_meshes, run, tick), run["q"][tick], camera)
-        axes.text(
-            0.5,
-            -0.02,
-            f"t = {run.t[tick]:.2f} s",
-            transform=axes.transAxes,
-            ha="center",
-            va="top",
-            fontsize=11,
-            color=INK,
-        )
+        box = (column / columns, bottom, 1.0 / columns, (1.0 - share) / rows)
+        picture = _Picture(run, tick, _meshes_at(setup, scene_meshes, run, tick), camera)
+        _draw_picture(figure, box, picture, size=11.0)
     return figure
+
+
+@dataclass(frozen=True)
+class _Picture:
+    """What a picture shows, and the camera that sees it."""
+
+    run: Run
+    tick: int
+    meshes: SceneMeshes
+    camera: Camera
+
+
+def _draw_picture(
+    figure: Figure,
+    box: tuple[float, float, float, float],
+    picture: _Picture,
+    size: float | None = None,
+) -> None:
+    """Draw a picture into a box of a figure (left, bottom, width, height), its time below it.
+
+    `size` is that of the text, else it is that of every text.
+    """
+    from matplotlib import rc_context
+
+    with rc_context({"axes.grid": False}):
+        axes = figure.add_axes(box)
+    draw_scene(axes, picture.meshes, picture.run["q"][picture.tick], picture.camera)
+    caption = f"t = {picture.run.t[picture.tick]:.2f} s"
+    axes.text(
+        0.5, -0.02, caption, ha="center", va="top", color=INK, transform=axes.transAxes,
+        fontsize=size,
+    )  # fmt: skip
 
 
 def _ticks(run: Run, times: Sequence[float] | None, count: int) -> list[int]:
@@ -115,7 +145,6 @@ def draw_snapshots(
     camera = frame_scene(scene_meshes, run["q"][ticks])
     width = (right - left) / len(ticks)
     for k, tick in enumerate(ticks):
-        axes = figure.add_axes((left + k * width, bottom + 0.03, width, top - bottom - 0.03))
-        draw_scene(axes, _meshes_at(setup, scene_meshes, run, tick), run["q"][tick], camera)
-        caption = f"t = {run.t[tick]:.2f} s"
-        axes.text(0.5, -0.02, caption, transform=axes.transAxes, ha="center", va="top", color=INK)
+        place = (left + k * width, bottom + 0.03, width, top - bottom - 0.03)
+        picture = _Picture(run, tick, _meshes_at(setup, scene_meshes, run, tick), camera)
+        _draw_picture(figure, place, picture)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ParamSpec, TypedDict, TypeVar, Unpack
 
 import numpy as np
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
+    from matplotlib.typing import ColorType, LineStyleType, RcKeyType
 
 DPI = 150
 POINTS = 2000
@@ -22,10 +23,11 @@ POINTS = 2000
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#4D4D4D", "#8B5A2B")
 INK, SOFT, FAINT, ALARM = "#222222", "#6B6B6B", "#C9C9C9", "#B00020"
 
-_RC = {
+_RC: dict[RcKeyType, float | str | bool] = {
     "font.size": 10.0,
     "axes.titlesize": 10.5,
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # else every axis is measured once more to find it
     "axes.labelsize": 10.0,
     "axes.labelcolor": INK,
     "axes.edgecolor": SOFT,
@@ -50,12 +52,32 @@ _RC = {
     "axes.xmargin": 0.01,
 }
 
+P = ParamSpec("P")
+R = TypeVar("R")
 
-def styled(draw: Callable) -> Callable:
+
+class Look(TypedDict, total=False):
+    """How a curve is drawn, in matplotlib's words."""
+
+    color: ColorType
+    linestyle: LineStyleType
+    linewidth: float
+    marker: str
+    alpha: float
+    solid_joinstyle: str
+
+
+class NamedLook(Look, total=False):
+    """How a curve is drawn, and what the legend calls it."""
+
+    label: str
+
+
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
     """Let a function that draws see the house style, and nobody else."""
 
     @wraps(draw)
-    def wrapper(*args: object, **kwargs: object) -> object:
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
         from matplotlib import rc_context
 
         with rc_context(_RC):
@@ -69,22 +91,32 @@ def new_figure(width: float, height: float, title: str = "") -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.08, h_pad=0.08, wspace=0.03, hspace=0.05)
+    figure = Figure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(figure)
     if title:
-        figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
+        look = {"fontsize": 13, "fontweight": "bold", "color": INK}
+        figure.suptitle(title, x=0.01, y=1.0 - 0.1 / height, ha="left", va="top", **look)
     return figure
 
 
 @styled
 def save(figure: Figure, path: Path) -> Path:
-    """Write the figure as PNG and return its path."""
-    figure.savefig(path, dpi=DPI)
+    """Write the figure and return its path: as PNG without transparency, or as its ending says."""
+    if path.suffix != ".png":
+        figure.savefig(path, dpi=DPI)
+        return path
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    canvas = figure.canvas
+    assert isinstance(canvas, FigureCanvasAgg)
+    canvas.draw()
+    picture = Image.frombuffer("RGBA", canvas.get_width_height(), canvas.buffer_rgba())
+    picture.convert("RGB").save(path, dpi=(DPI, DPI), compress_level=3)
     return path
 
 
-def draw_curve(axes: Axes, t: Array, y: Array, **look: object) -> Line2D:
+def draw_curve(axes: Axes, t: Array, y: Array, **look: Unpack[NamedLook]) -> Line2D:
     """Draw y (n,) over t (n,) [s], thinned so that every spike stays visible."""
     x, values = decimate(t, y)
     if len(x) <= 3:
@@ -93,9 +125,20 @@ def draw_curve(axes: Axes, t: Array, y: Array, **look: object) -> Line2D:
     return axes.plot(x, values, **look)[0]
 
 
-def curve_look(k: int, *, dashed: bool) -> dict[str, object]:
+def draw_together(axes: Axes, t: Array, columns: Array, **look: Unpack[NamedLook]) -> None:
+    """Draw curves (n, k) that look alike as one line with gaps, which costs as little as one."""
+    parts = [decimate(t, column) for column in columns.T]
+    if not parts:
+        return
+    x = np.concatenate([np.append(x, np.nan) for x, _ in parts])
+    values = np.concatenate([np.append(values, np.nan) for _, values in parts])
+    look.setdefault("solid_joinstyle", "round")
+    axes.plot(x, values, **look)
+
+
+def curve_look(k: int, *, dashed: bool) -> Look:
     """Return the look of the k-th curve; a dashed one shows what lies under it."""
-    dashes = (0, (3, 2)) if dashed else "-"
+    dashes: LineStyleType = (0, (3, 2)) if dashed else "-"
     return {"color": COLOURS[k % len(COLOURS)], "linestyle": dashes, "linewidth": 1.8}
 
 
@@ -135,27 +178,13 @@ def decimate(t: Array, y: Array, points: int = POINTS) -> tuple[Array, Array]:
     return np.asarray(t)[index], values[index]
 
 
-def label_time(axes: Axes | Sequence[Axes], t: Array) -> None:
+def label_time(axes: Axes, t: Array) -> None:
     """Write the time axis under axes and span it over the run."""
-    for one in np.atleast_1d(axes):
-        one.set_xlabel("time [s]")
-        if len(t) > 1:
-            one.set_xlim(float(t[0]), float(t[-1]))
+    axes.set_xlabel("time [s]")
+    if len(t) > 1:
+        axes.set_xlim(float(t[0]), float(t[-1]))
 
 
 def zero_line(axes: Axes) -> None:
     """Draw the line y = 0."""
     axes.axhline(0.0, color=SOFT, linewidth=0.9, zorder=1.5)
-
-
-def legend_below(axes: Axes, letters: int) -> None:
-    """Write the legend under the axes, in as many columns as fit into that many letters."""
-    widest = max((len(label) for label in axes.get_legend_handles_labels()[1]), default=0)
-    columns = max(1, letters // (widest + 5))
-    axes.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.2),
-        ncols=columns,
-        columnspacing=1.0,
-        borderaxespad=0.0,
-    )

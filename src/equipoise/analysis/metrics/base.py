@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from equipoise.analysis.run_context import RunContext
-from equipoise.spatial import Array
+from equipoise.spatial import Array, Mask
 
 POSITION, ANGLE = slice(0, 3), slice(3, 6)  # of a pose error
 
@@ -23,7 +23,7 @@ class Metric:
     compute: Callable[[RunContext], float | None]
 
 
-def largest(arrays: list[Array], keep: Array) -> float | None:
+def largest(arrays: list[Array], keep: Mask) -> float | None:
     """Return the largest absolute value over the kept ticks; infinite if there is no such tick."""
     if not arrays:
         return None

@@ -1,4 +1,4 @@
-"""How the run ended: whether it reached its duration, and the worst mode on the way."""
+"""How the run ended: whether it reached its duration, and the worst mode until then."""
 
 from __future__ import annotations
 

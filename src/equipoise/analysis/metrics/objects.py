@@ -9,9 +9,9 @@ import numpy as np
 
 from equipoise.analysis.metrics.base import Metric
 from equipoise.analysis.run_context import RunContext
-from equipoise.spatial import Array
+from equipoise.spatial import POSE_SIZE, Array
 
-_TILT, _SPEED = 7, 8
+_TILT, _SPEED = POSE_SIZE, POSE_SIZE + 1  # columns of an object's log, after its pose
 
 
 def objects_of(context: RunContext) -> dict[str, Array]:

@@ -93,9 +93,10 @@ class Camera:
         picture = self.project(points)
         picture = picture[np.isfinite(picture).all(axis=1), :2]
         low, high = picture.min(axis=0), picture.max(axis=0)
-        room = margin * max(high - low)
-        window = (low[0] - room, high[0] + room, low[1] - room, high[1] + room)
-        return replace(self, window=tuple(float(side) for side in window))
+        border = margin * float(max(high - low))
+        x_min, y_min = (float(side) for side in low - border)
+        x_max, y_max = (float(side) for side in high + border)
+        return replace(self, window=(x_min, x_max, y_min, y_max))
 
     @property
     def aspect(self) -> float:

@@ -1,4 +1,4 @@
-"""Which triangle is seen in each pixel, and where on it: a depth buffer in numpy.
+"""Which triangle is seen in each pixel, and where on it: a depth buffer.
 
 A depth buffer, not a painter's sort: the links of a robot reach into each other, and sorted
 triangles of shapes that intersect cannot be drawn right in any order.
@@ -6,14 +6,17 @@ triangles of shapes that intersect cannot be drawn right in any order.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from equipoise.spatial import Array
+from equipoise.compiled.compilation import compiled, entrance
+from equipoise.compiled.scratch import scratch_matrix
+from equipoise.spatial import Array, Indices
 
-_FRAGMENTS_AT_ONCE = 2_000_000
+FLAT = 1e-9  # [pixel^2]
+LEVEL = 1e-12  # [1/pixel]
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,7 @@ class Raster:
     its nearness there, -inf where there is none.
     """
 
-    triangle: Array
+    triangle: Indices
     nearness: Array
 
 
@@ -34,27 +37,13 @@ def rasterise(corners: Array, width: int, height: int) -> Raster:
     The centre of the pixel in row r and column c is at (c + 0.5, r + 0.5). Triangles with a
     corner that is not finite are left out.
     """
-    nearness = np.full(width * height, -np.inf)
-    triangle = np.full(width * height, -1)
-    edges, plane, kept = _equations(corners)
-    tri, row = _rows_of(corners[kept], height)
-    first, last = _spans(edges, tri, row, width)
-    counts = np.maximum(last - first + 1, 0)
-    for part in _parts(counts):
-        span = np.repeat(np.arange(part.start, part.stop), counts[part])
-        start = np.cumsum(counts[part]) - counts[part]
-        column = first[span] + np.arange(span.size) - np.repeat(start, counts[part])
-        k = tri[span]
-        pixel = row[span] * width + column
-        value = plane[k, 0] * (column + 0.5) + plane[k, 1] * (row[span] + 0.5) + plane[k, 2]
-        np.maximum.at(nearness, pixel, value)
-        seen = value == nearness[pixel]
-        triangle[pixel[seen]] = kept[k[seen]]
-    shape = (height, width)
-    return Raster(triangle.reshape(shape), nearness.reshape(shape))
+    nearness = np.full((height, width), -np.inf)
+    triangle = np.full((height, width), -1)
+    draw_triangles(np.ascontiguousarray(corners), nearness, triangle)
+    return Raster(triangle, nearness)
 
 
-def weights(corners: Array, column: Array, row: Array) -> Array:
+def weights(corners: Array, column: Indices, row: Indices) -> Array:
     """Return the weight (n, 3) of each corner of triangles (n, 3, 3) at pixels (n,)."""
     x, y = column + 0.5, row + 0.5
     a, b, c = corners[:, 0, :2], corners[:, 1, :2], corners[:, 2, :2]
@@ -69,54 +58,64 @@ def _cross(u: Array, v: Array) -> Array:
     return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
 
 
-def _equations(corners: Array) -> tuple[Array, Array, Array]:
-    """Return edge functions (k, 3, 3), nearness planes (k, 3) and which triangles they are of."""
-    with np.errstate(invalid="ignore"):
-        area = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    kept = np.flatnonzero(np.isfinite(corners).all(axis=(1, 2)) & (np.abs(area) > 1e-9))
-    p, area = corners[kept], area[kept]
-    edges = np.empty((kept.size, 3, 3))
+@entrance
+def draw_triangles(corners: np.ndarray, nearness: np.ndarray, triangle: np.ndarray) -> None:
+    """Write the nearest of triangles [m, 3, 3], and how near it is, to each pixel [h, w]."""
+    height = nearness.shape[0]
+    edges = scratch_matrix(4, 3)
+    for k in range(corners.shape[0]):
+        if not set_edges(corners[k], edges):
+            continue
+        a, b, c = corners[k, 0, 1], corners[k, 1, 1], corners[k, 2, 1]
+        low, high = max(min(a, b, c), -1.0), min(max(a, b, c), height + 1.0)
+        for row in range(max(math.ceil(low - 0.5), 0), min(math.floor(high - 0.5) + 1, height)):
+            draw_span(edges, row, k, nearness[row], triangle[row])
+
+
+@compiled
+def set_edges(p: np.ndarray, edges: np.ndarray) -> bool:
+    """Write the edge functions of a triangle [3, 3] and, last, its nearness as a plane.
+
+    Each row (s, t, u) [4, 3] stands for s x + t y + u; an edge function is 0 on its edge and 1 in
+    the corner opposite. Tell whether it can be drawn.
+    """
+    total = 0.0
     for i in range(3):
-        a, b = p[:, (i + 1) % 3], p[:, (i + 2) % 3]
-        edges[:, i, 0] = (a[:, 1] - b[:, 1]) / area
-        edges[:, i, 1] = (b[:, 0] - a[:, 0]) / area
-        edges[:, i, 2] = (a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]) / area
-    return edges, np.einsum("ki,kij->kj", p[:, :, 2], edges), kept
+        total += abs(p[i, 0]) + abs(p[i, 1]) + abs(p[i, 2])
+    area = (p[1, 0] - p[0, 0]) * (p[2, 1] - p[0, 1]) - (p[1, 1] - p[0, 1]) * (p[2, 0] - p[0, 0])
+    if not (total < np.inf and abs(area) > FLAT):
+        return False
+    for j in range(3):
+        edges[3, j] = 0.0
+    for i in range(3):
+        a, b = (i + 1) % 3, (i + 2) % 3
+        edges[i, 0] = (p[a, 1] - p[b, 1]) / area
+        edges[i, 1] = (p[b, 0] - p[a, 0]) / area
+        edges[i, 2] = (p[a, 0] * p[b, 1] - p[b, 0] * p[a, 1]) / area
+        for j in range(3):
+            edges[3, j] += p[i, 2] * edges[i, j]
+    return True
 
 
-def _rows_of(corners: Array, height: int) -> tuple[Array, Array]:
-    """Return every pair of a triangle and a pixel row whose centre line it may touch."""
-    y = corners[:, :, 1]
-    low = np.maximum(np.ceil(np.clip(y.min(axis=1), -1.0, height + 1.0) - 0.5), 0).astype(int)
-    high = np.minimum(
-        np.floor(np.clip(y.max(axis=1), -1.0, height + 1.0) - 0.5), height - 1
-    ).astype(int)
-    counts = np.maximum(high - low + 1, 0)
-    tri = np.repeat(np.arange(len(corners)), counts)
-    offset = np.arange(tri.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    return tri, low[tri] + offset
-
-
-def _spans(edges: Array, tri: Array, row: Array, width: int) -> tuple[Array, Array]:
-    """Return the first and last column inside the triangle on each row; last < first if none."""
-    slope = edges[tri, :, 0]
-    level = edges[tri, :, 1] * (row[:, None] + 0.5) + edges[tri, :, 2]
-    flat = np.abs(slope) < 1e-12
-    crossing = -level / np.where(flat, 1.0, slope)
-    low = np.where(slope > 0.0, crossing, -np.inf)
-    high = np.where(slope < 0.0, crossing, np.inf)
-    low[flat], high[flat] = -np.inf, np.inf
-    low, high = low.max(axis=1), high.min(axis=1)
-    outside = (flat & (level < 0.0)).any(axis=1)
-    first = np.ceil(np.clip(low, 0.0, width + 1.0) - 0.5).astype(int)
-    last = np.floor(np.clip(high, -1.0, float(width)) - 0.5).astype(int)
-    last[outside] = -1
-    return np.maximum(first, 0), np.minimum(last, width - 1)
-
-
-def _parts(counts: Array) -> list[slice]:
-    """Return consecutive slices of the spans with a bounded number of pixels each."""
-    total = np.cumsum(counts)
-    marks = np.arange(_FRAGMENTS_AT_ONCE, int(total[-1]) if total.size else 0, _FRAGMENTS_AT_ONCE)
-    cuts = np.unique([0, *np.searchsorted(total, marks), counts.size])
-    return [slice(int(a), int(b)) for a, b in pairwise(cuts)]
+@compiled
+def draw_span(
+    edges: np.ndarray, row: int, k: int, nearness: np.ndarray, triangle: np.ndarray
+) -> None:
+    """Write triangle k to the pixels of a row [w] in which it is the nearest."""
+    width, y = nearness.shape[0], row + 0.5
+    low, high = -1.0, width + 1.0
+    for i in range(3):
+        slope, level = edges[i, 0], edges[i, 1] * y + edges[i, 2]
+        if slope > LEVEL:
+            low = max(low, -level / slope)
+        elif slope < -LEVEL:
+            high = min(high, -level / slope)
+        elif level < 0.0:
+            return
+    first, last = max(math.ceil(low - 0.5), 0), min(math.floor(high - 0.5), width - 1)
+    slope, level = edges[3, 0], edges[3, 1] * y + edges[3, 2]
+    for column in range(first, last + 1):
+        value = slope * (column + 0.5) + level
+        if value >= nearness[column]:
+            nearness[column] = value
+            triangle[column] = k

@@ -7,9 +7,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from equipoise.analysis.rendering.camera import Camera
-from equipoise.analysis.rendering.raster import Raster, rasterise, weights
+from equipoise.analysis.rendering.raster import Raster, rasterise
 from equipoise.analysis.rendering.scene_meshes import Picture
-from equipoise.spatial import Array
+from equipoise.analysis.rendering.shading import (
+    draw_outlines,
+    look,
+    meet_floor,
+    paint_floor,
+    reduce_samples,
+    shade,
+)
+from equipoise.compiled.compilation import entrance
+from equipoise.spatial import Array, Indices
+
+_GAMMA = 2.2
+_BRIGHTNESS = np.linspace(0.0, 1.0, 1 << 16) ** (1.0 / _GAMMA)
 
 
 @dataclass(frozen=True)
@@ -51,11 +63,13 @@ def render(
     corners = corners[picture.mesh.triangles]
     raster = rasterise(corners, w, h)
     sun = _Sun(picture, camera, light)
-    floor = _floor(camera, width, height, sun, light)
-    image = np.repeat(np.repeat(floor, smooth, axis=0), smooth, axis=1)[:, :, None] * np.ones(3)
+    image = np.empty((h, w, 3))
+    _floor(camera, width, height, sun, light, image)
     _paint_bodies(image, raster, corners, picture, camera, sun, light)
-    _paint_outlines(image, raster, picture)
-    return image.reshape(height, smooth, width, smooth, 3).mean(axis=(1, 3))
+    draw_outlines(raster.triangle, picture.part, image)
+    small = np.empty((height, width, 3))
+    reduce_samples(image, small)
+    return small
 
 
 def _in_pixels(projected: Array, camera: Camera, width: int, height: int) -> Array:
@@ -66,7 +80,9 @@ def _in_pixels(projected: Array, camera: Camera, width: int, height: int) -> Arr
     return pixels
 
 
-def _in_metres(columns: Array, rows: Array, camera: Camera, shape: tuple) -> tuple[Array, Array]:
+def _in_metres(
+    columns: Indices, rows: Indices, camera: Camera, shape: tuple[int, ...]
+) -> tuple[Array, Array]:
     x_min, x_max, y_min, y_max = camera.window
     x = x_min + (columns + 0.5) / shape[1] * (x_max - x_min)
     return x, y_max - (rows + 0.5) / shape[0] * (y_max - y_min)
@@ -97,19 +113,34 @@ class _Sun:
         if self.depths is None:
             return share
         at = _in_pixels(self.view.project(points), self.view, self.size, self.size)
-        under = (at[:, :2] > 0.0).all(axis=1) & (at[:, :2] < self.size).all(axis=1)
-        at = at[under]
-        lit = np.zeros(len(at), dtype=np.int64)
         window = self.view.window
         per_metre = self.size / np.array([window[1] - window[0], window[3] - window[2]])
-        for offset in _DISC * self.blur:
-            column, row = (at[:, :2] + offset * per_metre).T.astype(np.int64)
-            np.clip(column, 0, self.size - 1, out=column)
-            np.clip(row, 0, self.size - 1, out=row)
-            slack = (0.006 + np.hypot(*offset)) / self.view.distance
-            lit += self.depths.take(row * self.size + column) <= at[:, 2] + slack
-        share[under] = lit / len(_DISC)
+        offsets = _DISC * self.blur
+        slack = (0.006 + np.hypot(*offsets.T)) / self.view.distance
+        lit_share(at, self.depths, offsets * per_metre, slack, share)
         return share
+
+
+@entrance
+def lit_share(
+    at: np.ndarray, depths: np.ndarray, offsets: np.ndarray, slack: np.ndarray, share: np.ndarray
+) -> None:
+    """Write the share [n] of the samples around each point at [n, 3] that nothing is nearer than.
+
+    Points and the samples' `offsets` [k, 2] are in pixels of the map `depths` [h, w]; a point
+    outside it keeps its share.
+    """
+    height, width = depths.shape
+    for i in range(at.shape[0]):
+        x, y = at[i, 0], at[i, 1]
+        if not (0.0 < x < width and 0.0 < y < height):
+            continue
+        lit = 0
+        for k in range(offsets.shape[0]):
+            column = min(max(int(x + offsets[k, 0]), 0), width - 1)
+            row = min(max(int(y + offsets[k, 1]), 0), height - 1)
+            lit += depths[row, column] <= at[i, 2] + slack[k]
+        share[i] = lit / offsets.shape[0]
 
 
 def _disc(count: int) -> Array:
@@ -122,31 +153,18 @@ def _disc(count: int) -> Array:
 _DISC = _disc(14)
 
 
-def _floor(camera: Camera, width: int, height: int, sun: _Sun, light: Light) -> Array:
-    """Return the brightness (height, width) of the floor z = 0, which fades into white."""
-    rows, columns = np.divmod(np.arange(width * height), width)
-    origin, direction = camera.rays(*_in_metres(columns, rows, camera, (height, width)))
-    steep = np.minimum(direction[:, 2], -1e-9)
-    along = -origin[:, 2] / steep
-    points = origin[:, :2] + along[:, None] * direction[:, :2]
-    fade = np.exp(-((np.linalg.norm(points - camera.target[:2], axis=1) / light.fade) ** 4))
-    fade *= (along > 0.0) * _vignette(width, height).ravel()
-    shade = np.ones(width * height)
-    seen = np.flatnonzero(fade > 0.004)
-    on_floor = np.column_stack([points[seen], np.zeros(len(seen))])
-    shade[seen] -= fade[seen] * light.floor_shadow * (1.0 - sun.reaches(on_floor))
-    lines = _grid_lines(points.reshape(height, width, 2), light)
-    return shade.reshape(height, width) - light.grid_strength * fade.reshape(height, width) * lines
-
-
-def _grid_lines(points: Array, light: Light) -> Array:
-    """Return the share (h, w) of each pixel's floor that grid lines cover."""
-    steps = [np.gradient(points, axis=axis) for axis in (0, 1)]
-    footprint = np.maximum(np.abs(steps[0]) + np.abs(steps[1]), 1e-9)
-    offset = np.abs((points / light.grid + 0.5) % 1.0 - 0.5) * light.grid
-    covered = (light.grid_line + 0.5 * footprint - offset) / footprint
-    most = 2.0 * light.grid_line / footprint
-    return np.minimum(np.clip(covered, 0.0, 1.0), np.minimum(most, 1.0)).max(axis=2)
+def _floor(camera: Camera, width: int, height: int, sun: _Sun, light: Light, image: Array) -> None:
+    """Paint the floor z = 0, which fades into white, into every sample of the image."""
+    points, fade = np.empty((height, width, 2)), np.empty((height, width))
+    view = _view(camera, (height, width))
+    meet_floor(view, camera.perspective, camera.target, light.fade, points, fade)
+    fade *= _vignette(width, height)
+    seen = fade > 0.004
+    reached = np.ones((height, width))
+    on_floor = points[seen]
+    reached[seen] = sun.reaches(np.column_stack([on_floor, np.zeros(len(on_floor))]))
+    lines = np.array([light.grid, light.grid_line, light.grid_strength, light.floor_shadow])
+    paint_floor(points, fade, reached, lines, image)
 
 
 def _vignette(width: int, height: int) -> Array:
@@ -166,34 +184,30 @@ def _paint_bodies(
     sun: _Sun,
     light: Light,
 ) -> None:
-    rows, columns = np.nonzero(raster.triangle >= 0)
-    seen = raster.triangle[rows, columns]
-    x, y = _in_metres(columns, rows, camera, raster.triangle.shape)
-    points = camera.unproject(np.column_stack([x, y, raster.nearness[rows, columns]]))
-    share = weights(corners[seen], columns, rows)
-    normals = np.einsum("nk,nkj->nj", share, picture.mesh.normals[picture.mesh.triangles[seen]])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    _, direction = camera.rays(x, y)
-    direction = direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    facing = np.einsum("ij,ij->i", normals, direction)
-    normals = np.where((facing > 0.0)[:, None], -normals, normals)
-    falling = np.maximum(normals @ sun.direction, 0.0) * sun.reaches(points + 0.004 * normals)
-    above = 0.5 + 0.5 * normals[:, 2]
-    received = light.sun * falling + light.sky * above + light.ground
-    halfway = sun.direction - direction
-    halfway /= np.linalg.norm(halfway, axis=1, keepdims=True)
-    gloss = np.maximum(np.einsum("ij,ij->i", normals, halfway), 0.0) ** 40 * (falling > 0.0)
-    linear = picture.rgb[picture.part[seen]] ** 2.2 * received[:, None] + 0.05 * gloss[:, None]
-    image[rows, columns] = np.clip(linear, 0.0, 1.0) ** (1.0 / 2.2)
+    pixels = np.argwhere(raster.triangle >= 0)
+    seen = np.empty((len(pixels), 9))
+    look(
+        pixels,
+        raster.triangle,
+        raster.nearness,
+        corners,
+        picture.mesh.normals[picture.mesh.triangles],
+        _view(camera, raster.triangle.shape),
+        camera.perspective,
+        seen,
+    )
+    reached = np.zeros(len(pixels))
+    facing = seen[:, 3:6] @ sun.direction > 0.0
+    reached[facing] = sun.reaches(seen[facing, :3] + 0.004 * seen[facing, 3:6])
+    colours = picture.rgb[picture.part] ** _GAMMA
+    lights = np.array([sun.direction, [light.sun, light.sky, light.ground]])
+    shade(pixels, raster.triangle, seen, reached, colours, lights, _BRIGHTNESS, image)
 
 
-def _paint_outlines(image: Array, raster: Raster, picture: Picture) -> None:
-    """Darken where one part ends before another, so that light parts stand out from white."""
-    part = np.where(raster.triangle < 0, -1, np.append(picture.part, -1)[raster.triangle])
-    edge = np.zeros(part.shape, dtype=bool)
-    across, down = part[:, 1:] != part[:, :-1], part[1:] != part[:-1]
-    edge[:, 1:] |= across
-    edge[:, :-1] |= across
-    edge[1:] |= down
-    edge[:-1] |= down
-    image[edge & (part >= 0)] *= 0.62
+def _view(camera: Camera, shape: tuple[int, int]) -> Array:
+    """Return eye, first ray, step of a row, of a column, and way to the picture plane (5, 3)."""
+    right, up, forward = camera.axes
+    x, y = _in_metres(np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), camera, shape)
+    straight = camera.distance * forward
+    first = x[0] * right + y[0] * up + straight
+    return np.array([camera.eye, first, (y[1] - y[0]) * up, (x[2] - x[0]) * right, straight])

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from equipoise.analysis.rendering.tessellation import Mesh, tessellate
 from equipoise.collision.scene import Scene
-from equipoise.spatial import Array
+from equipoise.spatial import Array, Indices
 
 _LENS_RADIUS = 0.03  # [m]
 _LENS_RGB = (0.08, 0.09, 0.11)
@@ -30,7 +30,7 @@ class Picture:
     """All triangles of a scene at one configuration; `part` (m,) tells whose each is."""
 
     mesh: Mesh
-    part: Array
+    part: Indices
     rgb: Array
 
 
@@ -70,9 +70,9 @@ def _robot_parts(scene: Scene) -> list[Part]:
     robot = scene.robot
     shapes = list(robot.visual_model.geometryObjects) or robot.collision_model.geometryObjects
     parts = _parts(shapes)
-    if robot.camera is not None:
+    lens = tessellate(coal.Sphere(_LENS_RADIUS))
+    if robot.camera is not None and lens is not None:
         frame = robot.model.frames[robot.frame_id(robot.camera)]
-        lens = tessellate(coal.Sphere(_LENS_RADIUS))
         parts.append(Part(frame.parentJoint, lens.moved(frame.placement), np.array(_LENS_RGB)))
     return parts
 

@@ -30,9 +30,14 @@ def sole_arrow(contact: SoleContact, lam: Array, side: float, beside: float = 0.
     return np.array([foot, foot + SOLE_SCALE * (T.rotation @ lam[:3])])
 
 
+def sole_contacts(setup: Setup) -> list[SoleContact]:
+    """Return the contacts of the soles."""
+    return [contact for contact in setup.soles.contacts if isinstance(contact, SoleContact)]
+
+
 def outer_sides(setup: Setup) -> dict[str, float]:
     """Return for each sole on which side of it the other soles are not: 1 left, -1 right."""
-    anchors = {contact.name: contact.T_world_anchor for contact in setup.soles.contacts}
+    anchors = {contact.name: contact.T_world_anchor for contact in sole_contacts(setup)}
     middle = np.mean([T.translation for T in anchors.values()], axis=0)
     return {name: 1.0 if T.actInv(middle)[1] <= 0.0 else -1.0 for name, T in anchors.items()}
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import coal
 import numpy as np
 import pinocchio as pin
-from scipy.spatial import ConvexHull
 
-from equipoise.spatial import Array
+from equipoise.spatial import Array, Indices
 
 SEGMENTS = 24
 
@@ -24,7 +24,7 @@ class Mesh:
 
     vertices: Array
     normals: Array
-    triangles: Array
+    triangles: Indices
 
     def moved(self, T: pin.SE3) -> Mesh:
         """Return the mesh in the axes that `T` maps to."""
@@ -37,27 +37,17 @@ def tessellate(geometry: coal.CollisionGeometry, segments: int = SEGMENTS) -> Me
 
     Corners of round shapes lie on the true surface, so the mesh lies inside it.
     """
-    if isinstance(geometry, coal.Box):
-        return _box(np.asarray(geometry.halfSide, dtype=float))
-    if isinstance(geometry, coal.Sphere):
-        return _revolved([_arc(geometry.radius, 0.0, -1.0, 1.0, segments)], segments)
-    if isinstance(geometry, coal.Ellipsoid):
-        return _ellipsoid(np.asarray(geometry.radii, dtype=float), segments)
-    if isinstance(geometry, coal.Capsule):
-        return _capsule(geometry.radius, geometry.halfLength, segments)
-    if isinstance(geometry, coal.Cylinder):
-        return _cylinder(geometry.radius, geometry.radius, geometry.halfLength, segments)
-    if isinstance(geometry, coal.Cone):
-        return _cylinder(geometry.radius, 0.0, geometry.halfLength, segments)
-    if isinstance(geometry, coal.ConvexBase) and hasattr(geometry, "points"):
-        return _hull(np.array(geometry.points()))
-    if isinstance(geometry, coal.BVHModelBase):
-        return _triangle_mesh(geometry)
+    for kind, triangles_of in SHAPES.items():
+        if isinstance(geometry, kind):
+            return triangles_of(geometry, segments)
     return None
 
 
-def _box(half: Array) -> Mesh:
-    corners, normals, triangles = [], [], []
+def _box(shape: coal.Box, segments: int) -> Mesh:
+    half = np.asarray(shape.halfSide, dtype=float)
+    corners: list[Array] = []
+    normals: list[Array] = []
+    triangles: list[tuple[int, int, int]] = []
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
         for side in (-1.0, 1.0):
@@ -80,13 +70,25 @@ def _arc(radius: float, z: float, start: float, stop: float, segments: int) -> A
     return np.column_stack([radius * cosine, z + radius * sine, cosine, sine])
 
 
-def _capsule(radius: float, half: float, segments: int) -> Mesh:
-    bottom = _arc(radius, -half, -1.0, 0.0, segments)
-    top = _arc(radius, half, 0.0, 1.0, segments)
+def _sphere(shape: coal.Sphere, segments: int) -> Mesh:
+    return _revolved([_arc(shape.radius, 0.0, -1.0, 1.0, segments)], segments)
+
+
+def _capsule(shape: coal.Capsule, segments: int) -> Mesh:
+    bottom = _arc(shape.radius, -shape.halfLength, -1.0, 0.0, segments)
+    top = _arc(shape.radius, shape.halfLength, 0.0, 1.0, segments)
     return _revolved([np.vstack([bottom, top])], segments)
 
 
-def _cylinder(bottom: float, top: float, half: float, segments: int) -> Mesh:
+def _cylinder(shape: coal.Cylinder, segments: int) -> Mesh:
+    return _frustum(shape.radius, shape.radius, shape.halfLength, segments)
+
+
+def _cone(shape: coal.Cone, segments: int) -> Mesh:
+    return _frustum(shape.radius, 0.0, shape.halfLength, segments)
+
+
+def _frustum(bottom: float, top: float, half: float, segments: int) -> Mesh:
     slope = np.array([2.0 * half, bottom - top])
     slope /= np.linalg.norm(slope)
     side = np.array([[bottom, -half, *slope], [top, half, *slope]])
@@ -95,7 +97,8 @@ def _cylinder(bottom: float, top: float, half: float, segments: int) -> Mesh:
     return _revolved([floor, side, lid], segments)
 
 
-def _ellipsoid(radii: Array, segments: int) -> Mesh:
+def _ellipsoid(shape: coal.Ellipsoid, segments: int) -> Mesh:
+    radii = np.asarray(shape.radii, dtype=float)
     unit = _revolved([_arc(1.0, 0.0, -1.0, 1.0, segments)], segments)
     normals = unit.vertices / radii
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -123,7 +126,12 @@ def _revolved(profiles: Sequence[Array], segments: int) -> Mesh:
     return Mesh(np.vstack(vertices), np.vstack(normals), np.vstack(triangles))
 
 
-def _hull(points: Array) -> Mesh:
+def _hull(shape: coal.ConvexBase, segments: int) -> Mesh | None:
+    from scipy.spatial import ConvexHull
+
+    if not hasattr(shape, "points"):
+        return None
+    points = np.array(shape.points())
     hull = ConvexHull(points)
     corners = points[hull.simplices]
     outward = np.einsum("ij,ij->i", _face_vectors(corners), hull.equations[:, :3]) > 0.0
@@ -131,7 +139,7 @@ def _hull(points: Array) -> Mesh:
     return _flat(corners)
 
 
-def _triangle_mesh(model: coal.BVHModelBase) -> Mesh:
+def _triangle_mesh(model: coal.BVHModelBase, segments: int) -> Mesh:
     vertices = np.array(model.vertices())
     indices = (model.tri_indices(i) for i in range(model.num_tris))
     return _flat(vertices[np.array([[t[0], t[1], t[2]] for t in indices]).reshape(-1, 3)])
@@ -148,3 +156,16 @@ def _flat(corners: Array) -> Mesh:
 
 def _face_vectors(corners: Array) -> Array:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+# Coal's kinds of shapes, those of `segments` around among them; its planes have no triangles
+SHAPES: dict[type, Callable[[Any, int], Mesh | None]] = {
+    coal.Box: _box,
+    coal.Sphere: _sphere,
+    coal.Ellipsoid: _ellipsoid,
+    coal.Capsule: _capsule,
+    coal.Cylinder: _cylinder,
+    coal.Cone: _cone,
+    coal.ConvexBase: _hull,
+    coal.BVHModelBase: _triangle_mesh,
+}

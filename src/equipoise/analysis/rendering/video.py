@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pinocchio as pin
@@ -13,7 +14,10 @@ from equipoise.kinematics import KinematicsEvaluator
 from equipoise.runlog import Run
 from equipoise.scenarios.read import parse_scenario
 from equipoise.simulation.build.setup import Setup, build_setup
-from equipoise.spatial import Array
+from equipoise.spatial import POSE_SIZE, Array
+
+if TYPE_CHECKING:
+    from equipoise.physics.mujoco.engine import MujocoEngine
 
 
 class NoVideoError(EquipoiseError):
@@ -78,7 +82,7 @@ def _ticks(run: Run, times: Array) -> Iterator[int]:
             yield tick
 
 
-def _engine_of(run: Run):
+def _engine_of(run: Run) -> tuple[Setup, MujocoEngine]:
     """Return setup and an engine whose model is the run's robot and world."""
     from equipoise.simulation.build.engines import make_engine
 
@@ -86,7 +90,7 @@ def _engine_of(run: Run):
     physics = scenario.physics.model_copy(update={"engine": "mujoco"})
     scenario = scenario.model_copy(update={"physics": physics})
     setup = build_setup(scenario)
-    return setup, make_engine(scenario, setup, run["q"][0])
+    return setup, cast("MujocoEngine", make_engine(scenario, setup, run["q"][0]))
 
 
 def _objects_at(run: Run, setup: Setup, tick: int) -> dict[str, pin.SE3]:
@@ -104,5 +108,5 @@ def _objects_at(run: Run, setup: Setup, tick: int) -> dict[str, pin.SE3]:
         found[name] = pin.SE3(T.rotation, T.translation + travel * direction)
     for name in list(found):
         if f"object/{name}" in run:
-            found[name] = pin.XYZQUATToSE3(run[f"object/{name}"][tick, :7])
+            found[name] = pin.XYZQUATToSE3(run[f"object/{name}"][tick, :POSE_SIZE])
     return found

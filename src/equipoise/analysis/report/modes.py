@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from equipoise.runlog import Run
-from equipoise.simulation.recorder import CONTROL_CODES, HIERARCHY_CODES
-from equipoise.simulation.robot_interface import MODE_CODES
+from equipoise.simulation.recorder import CONTROL_CODES, HIERARCHY_CODES, MODE_CODES
 
 
-def _words(codes: Mapping) -> dict[float, str]:
+def _words(codes: Mapping[Any, float]) -> dict[float, str]:
     return {code: one.name.lower().replace("_", " ") for one, code in codes.items()}
 
 

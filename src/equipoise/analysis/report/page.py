@@ -32,7 +32,7 @@ class Exhibit:
     """A run as the report shows it; `replay` is None where the robot cannot be drawn."""
 
     run: Run
-    place: Path
+    path: Path
     title: str
     summary: Mapping[str, Any]
     figures: Mapping[str, bytes]
@@ -50,7 +50,7 @@ def make_report(runs: Sequence[Path | str], out: Path | str) -> Path:
     if not runs:
         raise InputError("a report needs at least one run", remedy="Give the folder of a run")
     blobs = Blobs()
-    exhibits = [_exhibit(Path(place), blobs) for place in runs]
+    exhibits = [_exhibit(Path(path), blobs) for path in runs]
     out = Path(out)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -60,8 +60,8 @@ def make_report(runs: Sequence[Path | str], out: Path | str) -> Path:
     return out
 
 
-def _exhibit(place: Path, blobs: Blobs) -> Exhibit:
-    run, notes = _load(place), []
+def _exhibit(path: Path, blobs: Blobs) -> Exhibit:
+    run, notes = _load(path), []
     if run.note:
         notes.append(run.note)
     context = RunContext.of(run)
@@ -74,17 +74,17 @@ def _exhibit(place: Path, blobs: Blobs) -> Exhibit:
     if not summary and context.known:
         summary = _judged(run, context, notes)
     title = str(summary.get("title") or run.info.get("scenario") or run.folder.name)
-    return Exhibit(run, place, title, summary, _figures(run, notes), replay, notes)
+    return Exhibit(run, path, title, summary, _figures(run, notes), replay, notes)
 
 
-def _load(place: Path) -> Run:
+def _load(path: Path) -> Run:
     """Load the run, thinned if it is long."""
-    bare = load_run(place, start=-1.0, stop=-1.0)
+    bare = load_run(path, start=-1.0, stop=-1.0)
     ticks = 0.0
     if bare.summary is not None:
         ticks = float(bare.summary.get("simulated_s") or 0.0) * 1000.0
     stride = max(1, round(ticks / MOST_TICKS))
-    return load_run(place, stride=stride)
+    return load_run(path, stride=stride)
 
 
 def _judged(run: Run, context: RunContext, notes: list[str]) -> dict[str, Any]:
@@ -207,9 +207,9 @@ def _abouts(exhibits: Sequence[Exhibit]) -> str:
 
 
 def _digest(exhibit: Exhibit) -> str:
-    place = exhibit.place / LOG_NAME if exhibit.place.is_dir() else exhibit.place
+    log = exhibit.path / LOG_NAME if exhibit.path.is_dir() else exhibit.path
     try:
-        with open(place, "rb") as stream:
+        with open(log, "rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError:
         return "unknown"

@@ -11,14 +11,13 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.analysis.rendering.scene_meshes import Part, SceneMeshes
-from equipoise.analysis.rendering.sole_arrows import outer_sides, sole_arrow
+from equipoise.analysis.rendering.sole_arrows import outer_sides, sole_arrow, sole_contacts
 from equipoise.analysis.rendering.tessellation import tessellate
 from equipoise.collision.scene import Scene
-from equipoise.contacts import SoleContact
 from equipoise.runlog import Run
 from equipoise.scenarios import schema
 from equipoise.simulation.build.setup import Setup
-from equipoise.spatial import Array
+from equipoise.spatial import POSE_SIZE, Array, Indices
 
 RATE = 25.0  # [Hz]
 MOST_FRAMES = 1500
@@ -67,7 +66,7 @@ def export_replay(
 Key = tuple[int, tuple[float, float, float]]
 
 
-def _frames(run: Run) -> Array:
+def _frames(run: Run) -> Indices:
     """Return the ticks to show: every 1/RATE s, fewer of a long run, only finite ones."""
     if not run.t.size:
         return np.zeros(0, dtype=int)
@@ -123,11 +122,11 @@ def _mesh(
 
 
 def _poses(
-    run: Run, chosen: Array, scenario: schema.Scenario, setup: Setup, sliders: list[str]
+    run: Run, chosen: Indices, scenario: schema.Scenario, setup: Setup, sliders: list[str]
 ) -> np.ndarray:
     model = setup.robot.model
     data = model.createData()
-    poses = np.zeros((len(chosen), model.njoints + len(sliders), 7), dtype=np.float32)
+    poses = np.zeros((len(chosen), model.njoints + len(sliders), POSE_SIZE), dtype=np.float32)
     poses[:, :, 6] = 1.0
     for i, k in enumerate(chosen):
         pin.forwardKinematics(model, data, np.array(run["q"][k]))
@@ -144,8 +143,8 @@ def _poses(
 def _force_lines(run: Run, k: int, setup: Setup, sides: dict[str, float]) -> list[Array]:
     """Return the lines (2, 3) [m] of each sole's arrow, without length where there is no force."""
     lines: list[Array] = []
-    for contact in setup.soles.contacts:
-        if isinstance(contact, SoleContact) and f"lam/{contact.name}" in run:
+    for contact in sole_contacts(setup):
+        if f"lam/{contact.name}" in run:
             arrow = sole_arrow(contact, run[f"lam/{contact.name}"][k], sides[contact.name])
             across = contact.T_world_anchor.rotation[:, 1]
             lines += [np.zeros((2, 3))] * 3 if arrow is None else _with_head(arrow, across)

@@ -7,6 +7,7 @@ from html import escape
 from typing import Any
 
 _SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}
+_LOOKS: dict[object, str] = {True: "number met", False: "number missed"}
 _SIGNS = {"max": "≤", "min": "≥"}
 Rows = Mapping[str, Mapping[str, Any]]
 
@@ -51,7 +52,7 @@ def _cells(row: Mapping[str, Any] | None) -> str:
     if row is None:
         return "<td></td><td></td>"
     unit = str(row.get("unit", ""))
-    look = {True: "number met", False: "number missed"}.get(row.get("passed"), "number")
+    look = _LOOKS.get(row.get("passed"), "number")
     bounds = row.get("wanted") or {}
     wanted = ", ".join(f"{_SIGNS.get(k, k)} {quantity(bounds[k], unit)}" for k in bounds)
     achieved = escape(quantity(row.get("value"), unit))

@@ -3,18 +3,44 @@
 Imports nothing of Equipoise: it runs beside the worker, in the Python of its peer.
 """
 
+from __future__ import annotations
+
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, Protocol, TypedDict
 
 import numpy as np
 
 
-def serve(make_tick, about):
-    """Make the tick of `task, targets` and run it as each line "first count" of the input says.
+class Asked(TypedDict):
+    """The task as `bench.apart` writes it: a robot, what it follows, and where it starts."""
 
-    A tick has `run(k)`, which returns the time [ns] and 1 if it failed, and `error(k)` [m].
-    """
+    urdf: str
+    dt: float
+    links: dict[str, str]
+    feet: list[str]
+    hands: list[str]
+    soles: dict[str, list[list[float]]]
+    joints: list[str]
+    velocity_max: list[float]
+    q_start: list[float]
+    q_posture: list[float]
+
+
+class WorkerTick(Protocol):
+    """What a worker runs, tick after tick."""
+
+    def run(self, k: int) -> tuple[int, int]:
+        """Return the time [ns] of tick k, and 1 if it failed."""
+
+    def error(self, k: int) -> float:
+        """Return how far [m] it was from its targets at tick k."""
+
+
+def serve(make_tick: Callable[[Asked, dict[str, np.ndarray]], WorkerTick], about: str) -> None:
+    """Make the tick of `task, targets` and run it as each line "first count" of the input says."""
     place = Path(sys.argv[1])
     task = json.loads((place / "task.json").read_text(encoding="utf-8"))
     tick = make_tick(task, dict(np.load(place / "targets.npz")))
@@ -31,5 +57,5 @@ def serve(make_tick, about):
         )
 
 
-def _say(answer):
+def _say(answer: dict[str, Any]) -> None:
     print(json.dumps(answer), flush=True)

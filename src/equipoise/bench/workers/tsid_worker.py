@@ -3,13 +3,16 @@
 Imports nothing of Equipoise.
 """
 
+from __future__ import annotations
+
 from importlib.metadata import version
 from time import perf_counter_ns
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 import tsid
-from protocol import serve
+from protocol import Asked, serve
 
 FRICTION, FORCE_MIN, FORCE_MAX = 0.8, 0.0, 2000.0
 GAIN = 100.0  # [1/s^2] of hands, feet and posture; damping is critical
@@ -18,7 +21,7 @@ GAIN = 100.0  # [1/s^2] of hands, feet and posture; damping is critical
 class Tick:
     """Rigid feet, hands, centre of mass, a light posture, velocity bounds; torques come out."""
 
-    def __init__(self, task, targets):
+    def __init__(self, task: Asked, targets: dict[str, np.ndarray]) -> None:
         self.targets = targets
         self.dt = task["dt"]
         self.robot = tsid.RobotWrapper(task["urdf"], [], pin.JointModelFreeFlyer(), False)
@@ -32,13 +35,13 @@ class Tick:
         self.solver = tsid.SolverHQuadProgFast("solver")
         self.solver.resize(self.form.nVar, self.form.nEq, self.form.nIn)
 
-    def _order(self, task, key):
+    def _order(self, task: Asked, key: Literal["q_start", "q_posture"]) -> np.ndarray:
         q = np.array(task[key])
         ours = dict(zip(task["joints"], q[7:], strict=True))
         names = list(self.robot.model().names)[2:]
         return np.concatenate((q[:7], [ours[name] for name in names]))
 
-    def _contact(self, task, foot):
+    def _contact(self, task: Asked, foot: str) -> tsid.Contact6d:
         corners = np.array(task["soles"][foot]).T
         contact = tsid.Contact6d(
             foot,
@@ -56,14 +59,14 @@ class Tick:
         self.form.addRigidContact(contact, 1e-5)
         return contact
 
-    def _hand(self, link, hand):
+    def _hand(self, link: str, hand: str) -> tuple[tsid.TaskSE3Equality, tsid.TrajectorySample]:
         follow = tsid.TaskSE3Equality(hand, self.robot, link)
         follow.setKp(GAIN * np.ones(6))
         follow.setKd(2.0 * np.sqrt(GAIN) * np.ones(6))
         self.form.addMotionTask(follow, 1.0, 1, 0.0)
         return follow, tsid.TrajectorySample(12, 6)
 
-    def _balance(self):
+    def _balance(self) -> None:
         balance = tsid.TaskComEquality("balance", self.robot)
         balance.setKp(GAIN * np.ones(3))
         balance.setKd(2.0 * np.sqrt(GAIN) * np.ones(3))
@@ -72,7 +75,7 @@ class Tick:
         self.form.addMotionTask(balance, 1.0, 1, 0.0)
         self.kept.append(balance)
 
-    def _posture(self, task):
+    def _posture(self, task: Asked) -> None:
         posture = tsid.TaskJointPosture("posture", self.robot)
         posture.setKp(GAIN * np.ones(self.robot.nv - 6))
         posture.setKd(2.0 * np.sqrt(GAIN) * np.ones(self.robot.nv - 6))
@@ -89,7 +92,8 @@ class Tick:
         self.form.addMotionTask(bounds, 1.0, 0, 0.0)
         self.kept += [posture, bounds]
 
-    def run(self, k):
+    def run(self, k: int) -> tuple[int, int]:
+        """Return the time [ns] of tick k, and 1 if it failed."""
         for hand, (follow, sample) in self.hands.items():
             T = self.targets[hand][k]
             sample.value(np.concatenate((T[:3, 3], T[:3, :3].T.ravel())))
@@ -108,7 +112,7 @@ class Tick:
             self.q = pin.integrate(self.robot.model(), self.q, self.dt * self.v)
         return perf_counter_ns() - began, failed
 
-    def error(self, k):
+    def error(self, k: int) -> float:
         """Return the largest distance [m] of a hand from its target of tick k."""
         return max(
             float(np.linalg.norm(follow.position_error[:3])) for follow, _ in self.hands.values()

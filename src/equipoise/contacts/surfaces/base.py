@@ -105,11 +105,3 @@ def require_length(surface: str, what: str, value: float) -> None:
     """
     if not (np.isfinite(value) and value > 0.0):
         raise InputError(f"the {what} of a {surface} must be finite and positive [m]", given=value)
-
-
-def distance_hessian(direction: Array, projector: Array, length: float) -> Array:
-    """Return the Hessian of `|P x|`, P an orthogonal `projector` (3, 3) and `length` = |P x|.
-
-    `direction` (3,) is P x / |P x|.
-    """
-    return (projector - np.outer(direction, direction)) / length

@@ -6,22 +6,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.contacts.surfaces.base import Surface
+from equipoise.compiled import compiled
+from equipoise.contacts.surfaces.sample import PLANE, KernelSurface, sampled_by
 from equipoise.spatial import Array
 
 
+@compiled
+def plane_sample(numbers: np.ndarray, x: float, y: float, z: float, out: np.ndarray) -> None:
+    """Write `phi = z` with gradient and Hessian."""
+    for i in range(1, 13):
+        out[i] = 0.0
+    out[0], out[3] = z, 1.0
+
+
 @dataclass(frozen=True)
-class Plane(Surface):
+class Plane(KernelSurface):
     """`phi = z`, the distance."""
 
-    def value(self, x: Array) -> float:
-        """Return phi at `x` (3,)."""
-        return float(x[2])
+    kind = PLANE
+    alone = staticmethod(sampled_by("plane", plane_sample))
 
-    def gradient(self, x: Array) -> Array:
-        """Return the gradient (3,)."""
-        return np.array([0.0, 0.0, 1.0])
-
-    def hessian(self, x: Array) -> Array:
-        """Return the Hessian (3, 3), which is zero."""
-        return np.zeros((3, 3))
+    @property
+    def numbers(self) -> Array:
+        """None."""
+        return np.zeros(3)

@@ -2,43 +2,43 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.contacts.surfaces.base import (
-    Surface,
-    VanishingGradientError,
-    distance_hessian,
-    require_length,
-)
+from equipoise.compiled import compiled
+from equipoise.contacts.surfaces.base import require_length
+from equipoise.contacts.surfaces.sample import SPHERE, KernelSurface, no_normal, sampled_by
 from equipoise.spatial import Array
 
 
+@compiled
+def sphere_sample(numbers: np.ndarray, x: float, y: float, z: float, out: np.ndarray) -> None:
+    """Write `phi = |x| - radius` with gradient n and Hessian `(I - n n^T) / |x|`."""
+    length = math.sqrt(x * x + y * y + z * z)
+    out[0] = length - numbers[0]
+    if length < 1e-9 * numbers[0]:
+        no_normal(out)
+        return
+    out[1], out[2], out[3] = x / length, y / length, z / length
+    for i in range(3):
+        for k in range(3):
+            out[4 + 3 * i + k] = ((1.0 if i == k else 0.0) - out[1 + i] * out[1 + k]) / length
+
+
 @dataclass(frozen=True)
-class Sphere(Surface):
+class Sphere(KernelSurface):
     """`phi = |x| - radius`, the distance; it has no normal at the centre."""
 
     radius: float
+    kind = SPHERE
+    alone = staticmethod(sampled_by("sphere", sphere_sample))
 
     def __post_init__(self) -> None:
         require_length("sphere", "radius", self.radius)
 
-    def value(self, x: Array) -> float:
-        """Return phi at `x` (3,)."""
-        return float(np.linalg.norm(x)) - self.radius
-
-    def gradient(self, x: Array) -> Array:
-        """Return the gradient (3,)."""
-        return x / self._length(x)
-
-    def hessian(self, x: Array) -> Array:
-        """Return the Hessian (3, 3)."""
-        length = self._length(x)
-        return distance_hessian(x / length, np.eye(3), length)
-
-    def _length(self, x: Array) -> float:
-        length = float(np.linalg.norm(x))
-        if length < 1e-9 * self.radius:
-            raise VanishingGradientError(self.name, x)
-        return length
+    @property
+    def numbers(self) -> Array:
+        """The radius [m]."""
+        return np.array([self.radius, 0.0, 0.0])

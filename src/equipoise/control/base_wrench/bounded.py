@@ -1,27 +1,43 @@
-"""Supporting forces that a floor can give: the base wrench shared out by a small QP.
+"""Supporting forces that a floor can give: the base wrench shared out within bounds.
 
 Among all F with `J_b^T F = u_b` the one is taken whose predicted reaction `lam_0 + F` presses,
 stays in the friction cones, keeps its centres of pressure in the soles, and costs least. What
-cannot be kept is broken by one slack [N], which is reported. Geometry only.
+cannot be kept is violated as little as possible, in the least-squares sense over all bounds [N].
+Geometry only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-import daqp
 import numpy as np
-import scipy.linalg
 
-from equipoise.contacts import SoleContact
+from equipoise.compiled import entrance
+from equipoise.compiled.workspace import Part, Shape, Workspace, part_of
+from equipoise.contacts import Contact, SoleContact
+from equipoise.control.base_wrench.bounded_kernels import (
+    LANDED,
+    SLACK,
+    STATUS,
+    WARN,
+    bounded_reaction,
+    bounds_shapes,
+)
+from equipoise.errors import InputError
+from equipoise.hqp.solvers.active_set.memory import (
+    SEARCH_MEMORY,
+    SOLVED,
+    rows_shapes,
+    search_shapes,
+)
+from equipoise.hqp.solvers.active_set.solve import SOLVE
 from equipoise.spatial import Array
 
 _SIDES = 8
-_PENALTY = 1e5
-_NO_BOUND = 1e30
-_OPTIMAL_FLAGS = (1, 2)
+BASE = 6  # rows of the base wrench, at most
+SETTLED = 0.1  # [s] before it a released robot has not caught its weight: every sole is light
 
 
 @dataclass(frozen=True)
@@ -43,12 +59,15 @@ class DistributionStatus(Enum):
 
     POSSIBLE = "the floor can give the predicted reaction"
     SLACK = "no distribution keeps every bound; the least violation was taken"
-    FAILED = "the QP gave no answer; the least costly distribution was taken"
+    FAILED = "the hierarchy gave no answer within its limit"
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """`F` (k,), the predicted reaction (k,), the slack [N], and soles near an edge, in words."""
+    """`F` (k,), the predicted reaction (k,), the largest violation of a bound [N], how it went.
+
+    `warnings` say what soles are about to do: bounds that are nearer than `ReactionBounds.warn`.
+    """
 
     F: Array
     predicted: Array
@@ -58,7 +77,7 @@ class Distribution:
 
 
 @dataclass(frozen=True)
-class _Rows:
+class BoundRows:
     """`A lam >= b` (m,), in newtons, with what happens to the sole if a row is broken."""
 
     A: Array
@@ -66,75 +85,155 @@ class _Rows:
     what: tuple[str, ...]
 
 
-class BoundedDistribution:
-    """Distributes over given soles; build it once."""
+class BoundsProgram:
+    """The bounds of at most `supports` supporting soles, laid out in three parts of a workspace."""
 
-    def __init__(self, soles: Sequence[SoleContact], bounds: ReactionBounds | None = None) -> None:
-        self.soles = tuple(soles)
+    names = ("bounds", "bound_rows", "bound_search")
+
+    def __init__(self, bounds: ReactionBounds, unknowns: int, rows: int) -> None:
+        self.bounds, self.unknowns, self.rows = bounds, max(unknowns, 1), rows
+        self.what: tuple[str, ...] = ()
+
+    def shapes(self) -> dict[str, list[tuple[str, Shape, bool]]]:
+        """Return the arrays of the three parts."""
+        m = BASE + self.rows
+        return dict(
+            zip(
+                self.names,
+                (
+                    bounds_shapes(self.rows, self.unknowns),
+                    rows_shapes(m, self.unknowns, 2),
+                    search_shapes(m, self.unknowns, 2),
+                ),
+                strict=True,
+            )
+        )
+
+    def fill(self, workspace: Workspace, supports: Sequence[Contact], base: int) -> None:
+        """Write the constants for the soles that support now; what they leave over stays free.
+
+        Raises: `InputError` if a supporting contact is not a sole.
+        """
+        soles = require_soles(supports)
+        own, rows, search = (workspace.parts[name] for name in self.names)
+        self._clear(own, rows, search, base)
+        row, column = base, 0
+        what: list[str] = []
+        for sole in soles:
+            found = bounds_of(sole, self.bounds)
+            cost = sum(sole.reaction_costs())
+            columns = slice(column, column + sole.size)
+            own.cost[columns] = cost
+            rows.A[row : row + len(found.b), columns] = found.A / cost
+            rows.lower[row : row + len(found.b)] = found.b
+            rows.first[row : row + len(found.b)] = columns.start
+            rows.last[row : row + len(found.b)] = columns.stop
+            row, column, what = row + len(found.b), columns.stop, [*what, *found.what]
+        self.what = tuple(what)
+        own.numbers[WARN], own.numbers[LANDED] = self.bounds.warn, SETTLED
+
+    def _clear(self, own: Part, rows: Part, search: Part, base: int) -> None:
+        own.cost[:], own.near_since[:] = 1.0, np.inf
+        rows.A[:], rows.lower[:], rows.upper[:] = 0.0, -np.inf, np.inf
+        rows.ends[:] = base, len(rows.lower)
+        rows.first[:], rows.last[:], rows.single[:] = 0, self.unknowns, -1
+        for name in SEARCH_MEMORY:  # zeros are a cold start
+            getattr(search, name)[...] = 0
+        search.counts[:] = 1
+
+    def notes(self, own: Part) -> dict[str, float]:
+        """Return what a sole was about to do, in words, and since when [s]."""
+        found: dict[str, float] = {}
+        for what, since in zip(self.what, own.near_since, strict=False):
+            if np.isfinite(since):
+                found[what] = min(found.get(what, np.inf), float(since))
+        return dict(sorted(found.items(), key=lambda note: note[1]))
+
+
+@entrance
+def bounded_alone(
+    floats: np.ndarray, whole: np.ndarray, tables: np.ndarray, J: np.ndarray,
+    supporting: np.ndarray, u: np.ndarray, without: np.ndarray, F: np.ndarray,
+) -> None:  # fmt: skip
+    """Share out one wrench within bounds, called from Python."""
+    bounds, rows, search = (
+        part_of(floats, whole, tables, 0),
+        part_of(floats, whole, tables, 1),
+        part_of(floats, whole, tables, 2),
+    )
+    bounded_reaction(bounds, rows, search, J, supporting, u, without, u.shape[0], 0.0, F)
+
+
+class BoundedDistribution:
+    """Distributes over given soles; build it once.
+
+    Raises: `InputError` if a supporting contact is not a sole.
+    """
+
+    def __init__(self, soles: Sequence[Contact], bounds: ReactionBounds | None = None) -> None:
+        self.soles = require_soles(soles)
         self.bounds = bounds or ReactionBounds()
-        parts = [_rows_of(sole, self.bounds) for sole in self.soles]
-        self._A = scipy.linalg.block_diag(*(part.A for part in parts))
-        self._b = np.concatenate([part.b for part in parts])
-        self._what = [w for part in parts for w in part.what]
-        self._costs = np.concatenate([sum(sole.reaction_costs()) for sole in self.soles])
+        rows = sum(len(bounds_of(sole, self.bounds).b) for sole in self.soles)
+        unknowns = sum(sole.size for sole in self.soles)
+        self._program = BoundsProgram(self.bounds, unknowns, rows)
+        self._workspace = Workspace(self._program.shapes(), stages=[SOLVE])
+        self._program.fill(self._workspace, self.soles, BASE)
 
     def __call__(self, u_base: Array, J_base: Array, lam_0: Array) -> Distribution:
         """Return the distribution of `u_base` (6,) over the rows of `J_base` (k, 6).
 
         `lam_0` (k,) is the reaction that would act with F = 0.
         """
-        G = J_base.T
-        predicted = self._least(u_base + G @ lam_0, G)
-        N = scipy.linalg.null_space(G)
-        z, slack, solved = self._solve(predicted, N)
-        predicted = predicted + N @ z
-        status = DistributionStatus.POSSIBLE
-        if not solved:
-            status = DistributionStatus.FAILED
-        elif slack > 1e-3:
-            status = DistributionStatus.SLACK
-        return Distribution(predicted - lam_0, predicted, slack, status, self._warnings(predicted))
-
-    def _least(self, wanted: Array, G: Array) -> Array:
-        """Return the least costly reaction (k,) that carries `wanted` (6,)."""
-        inverse_squares = 1.0 / (self._costs * self._costs)
-        GW = G * inverse_squares
-        return GW.T @ np.linalg.solve(GW @ G.T, wanted)
-
-    def _solve(self, least: Array, N: Array) -> tuple[Array, float, bool]:
-        """Return z (m,) of `least + N z`, the slack and whether the QP was solved."""
-        m = N.shape[1]
-        room = self._A @ least - self._b
-        if room.min() >= 0.0 or m == 0:
-            return np.zeros(m), max(0.0, -float(room.min())), True
-        weighted = self._costs[:, None] * N
-        H = np.zeros((m + 1, m + 1))
-        H[:m, :m], H[m, m] = weighted.T @ weighted, 1.0
-        f = np.append(weighted.T @ (self._costs * least), _PENALTY)
-        A = np.column_stack((self._A @ N, np.ones(len(self._b))))
-        A = np.vstack((A, np.eye(m + 1)[m:]))
-        lower = np.append(-room, 0.0)
-        x, _, flag, _ = daqp.solve(
-            H, f, A, np.full(len(lower), _NO_BOUND), lower, np.zeros(len(lower), dtype=np.int32)
+        F, workspace = np.empty(len(lam_0)), self._workspace
+        blocks = workspace.floats, workspace.integers, workspace.tables
+        J, without = np.ascontiguousarray(J_base, dtype=float), np.array(lam_0, dtype=float)
+        bounded_alone(*blocks, J, np.arange(len(F)), np.array(u_base, dtype=float), without, F)
+        own = workspace.parts["bounds"]
+        predicted = own.predicted.copy()
+        return Distribution(
+            F, predicted, float(own.numbers[SLACK]), status_of(own.numbers), self._near(predicted)
         )
-        x = np.array(x)
-        if flag not in _OPTIMAL_FLAGS or not np.isfinite(x).all():
-            return np.zeros(m), max(0.0, -float(room.min())), False
-        return x[:m], float(max(0.0, -(room + self._A @ (N @ x[:m])).min())), True
 
-    def _warnings(self, predicted: Array) -> tuple[str, ...]:
-        room = self._A @ predicted - self._b
-        near = {self._what[k] for k in np.flatnonzero(room < self.bounds.warn)}
-        return tuple(sorted(near))
+    def _near(self, predicted: Array) -> tuple[str, ...]:
+        """Return what is about to happen to the soles under a reaction (k,)."""
+        found: dict[str, None] = {}
+        start = 0
+        for sole in self.soles:
+            rows = bounds_of(sole, self.bounds)
+            left = rows.A @ predicted[start : start + sole.size] - rows.b
+            near = np.flatnonzero(left < self.bounds.warn)
+            found |= dict.fromkeys(rows.what[k] for k in near)
+            start += sole.size
+        return tuple(found)
 
 
-def _rows_of(sole: SoleContact, bounds: ReactionBounds) -> _Rows:
+def status_of(numbers: Array) -> DistributionStatus:
+    """Return how the last distribution went, from the numbers of its part."""
+    if numbers[STATUS] != SOLVED:
+        return DistributionStatus.FAILED
+    return DistributionStatus.SLACK if numbers[SLACK] > 1e-3 else DistributionStatus.POSSIBLE
+
+
+def require_soles(contacts: Sequence[Contact]) -> tuple[SoleContact, ...]:
+    """Return the contacts if all are soles. Raises: `InputError`."""
+    soles = tuple(contact for contact in contacts if isinstance(contact, SoleContact))
+    others = [c.name for c in contacts if not isinstance(c, SoleContact)]
+    if others:
+        raise InputError(
+            "only soles can share out the base wrench within bounds",
+            given=others,
+            remedy="Leave the bounds out, or let soles support the base only",
+        )
+    return soles
+
+
+def bounds_of(sole: SoleContact, bounds: ReactionBounds) -> BoundRows:
     """Return the rows of one sole on its wrench (6,) in the axes of the sole."""
     s, friction = sole.sole, bounds.friction_share * sole.friction
     name = sole.name
     rows, offsets, what = [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]], [bounds.normal_min], [f"{name} lifts"]
 
-    def add(row: Sequence[float], sentence: str) -> None:
+    def add(row: Iterable[float], sentence: str) -> None:
         rows.append(list(row))
         offsets.append(0.0)
         what.append(f"{name} {sentence}")
@@ -151,7 +250,7 @@ def _rows_of(sole: SoleContact, bounds: ReactionBounds) -> _Rows:
     add((0, 0, -(s.y_min + m) * y, y, 0, 0), "tips over its right edge")
     for row in _yaw_rows(sole, friction):
         add(row, "turns")
-    return _Rows(np.array(rows, dtype=float), np.array(offsets), tuple(what))
+    return BoundRows(np.array(rows, dtype=float), np.array(offsets), tuple(what))
 
 
 def _yaw_rows(sole: SoleContact, friction: float) -> list[Array]:

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.compiled.compilation import compiled, entrance
-from equipoise.compiled.scratch import scratch, scratch_matrix
+from equipoise.compiled import compiled, entrance, scratch, scratch_matrix
 from equipoise.spatial import Array
 
 LIGHTEST = 0.05  # share of the mean load below which a foot counts as no lighter
@@ -18,7 +17,7 @@ LIGHTEST = 0.05  # share of the mean load below which a foot counts as no lighte
 def distribute_base_wrench(u_base: Array, J_base: Array, costs: Array, lam_without: Array) -> Array:
     """Return `F` (k,) with `J_base^T F = u_base`, making the reaction as easy as possible.
 
-    Args: `u_base` (6,) base rows of the law; `J_base` (k, 6) base columns of the supporting rows;
+    Args: `u_base` (b,) base rows of the law; `J_base` (k, b) base columns of the supporting rows;
     `costs` (k,) > 0 of each component; `lam_without` (k,) the reaction that would act with
     F = 0, as predicted from the last measured one: `lam_meas - F_previous`. Among all F the one
     returned minimises `sum (costs * (lam_without + F))^2`.
@@ -26,39 +25,43 @@ def distribute_base_wrench(u_base: Array, J_base: Array, costs: Array, lam_witho
     """
     J = np.ascontiguousarray(J_base, dtype=float)
     F = np.empty(len(costs))
-    least_reaction(J, np.arange(len(costs)), u_base, costs, lam_without, F)
+    least_alone(J, np.arange(len(costs)), u_base, costs, lam_without, F)
     return F
 
 
-@entrance
+@compiled
 def least_reaction(
     J: np.ndarray,
     rows: np.ndarray,
     u: np.ndarray,
     costs: np.ndarray,
     lam_without: np.ndarray,
+    base: int,
     F: np.ndarray,
 ) -> None:
-    """Write the F [k] of `distribute_base_wrench`; J [r, nv] has the supporting rows at `rows`."""
-    normal, wanted = scratch_matrix(6, 6), scratch(6)
+    """Write the F [k] of `distribute_base_wrench`; J [r, nv] has the supporting rows at `rows`.
+
+    The first `base` entries of u are those without a motor.
+    """
+    normal, wanted = scratch_matrix(base, base), scratch(base)
     normal[:, :] = 0.0
-    for i in range(6):
+    for i in range(base):
         wanted[i] = u[i]
     for k in range(rows.shape[0]):
         weight = 1.0 / (costs[k] * costs[k])
-        for i in range(6):
+        for i in range(base):
             wanted[i] += J[rows[k], i] * lam_without[k]
-            for m in range(6):
+            for m in range(base):
                 normal[i, m] += weight * J[rows[k], i] * J[rows[k], m]
     solve_in_place(normal, wanted)
     for k in range(rows.shape[0]):
         total = 0.0
-        for i in range(6):
+        for i in range(base):
             total += J[rows[k], i] * wanted[i]
         F[k] = total / (costs[k] * costs[k]) - lam_without[k]
 
 
-@entrance
+@compiled
 def reaction_costs(
     lam: np.ndarray, normal_rows: np.ndarray, ends: np.ndarray, terms: np.ndarray, costs: np.ndarray
 ) -> None:
@@ -102,3 +105,12 @@ def solve_in_place(M: np.ndarray, b: np.ndarray) -> None:
         for c in range(k + 1, n):
             b[k] -= M[k, c] * b[c]
         b[k] /= M[k, k]
+
+
+@entrance
+def least_alone(
+    J: np.ndarray, rows: np.ndarray, u: np.ndarray, costs: np.ndarray, lam_without: np.ndarray,
+    F: np.ndarray,
+) -> None:  # fmt: skip
+    """Share out one wrench, called from Python."""
+    least_reaction(J, rows, u, costs, lam_without, u.shape[0], F)

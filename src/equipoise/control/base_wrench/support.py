@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.contacts import ContactStack, SoleContact
-from equipoise.control.base_wrench.bounded import BoundedDistribution, ReactionBounds
-from equipoise.errors import InputError
+from equipoise.contacts import ContactStack
 
 
 class Support:
@@ -25,17 +23,3 @@ class Support:
         self.ends = np.cumsum([c.size for c in supporting], dtype=np.int64)
         terms = [np.stack(c.reaction_costs()) for c in supporting]
         self.terms = np.hstack(terms) if terms else np.zeros((2, 0))
-
-    def bounded(self, bounds: ReactionBounds) -> BoundedDistribution:
-        """Return what shares a wrench out within `bounds`.
-
-        Raises: `InputError` if a supporting contact is not a sole.
-        """
-        others = [c.name for c in self.contacts if not isinstance(c, SoleContact)]
-        if others:
-            raise InputError(
-                "only soles can share out the base wrench within bounds",
-                given=others,
-                remedy="Leave the bounds out, or let soles support the base only",
-            )
-        return BoundedDistribution(self.contacts, bounds)

@@ -10,7 +10,6 @@ import scipy.linalg
 
 from equipoise.contacts import ContactStack
 from equipoise.errors import InputError
-from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
@@ -64,8 +63,9 @@ def advise_gains(
     if not dt > 0.0:
         raise InputError("the control period must be positive", given=dt)
     M = inertia_matrix(robot, q_0)
-    M[range(6, robot.nv), range(6, robot.nv)] += rotor_inertia
-    stacked = contacts.at(KinematicsEvaluator(robot).at(q_0, np.zeros(robot.nv)))
+    motors = range(robot.nv_base, robot.nv)
+    M[motors, motors] += rotor_inertia
+    stacked = contacts.at(robot.at(q_0))
     Z = scipy.linalg.null_space(stacked.J_phi) if contacts.size else np.eye(robot.nv)
     M_tangent = Z.T @ M @ Z
     diagonal = np.diag(np.diag(M))
@@ -133,10 +133,11 @@ def _free_gain(robot: Robot, contacts: ContactStack, J_phi: Array, Q_phi: Array,
     P maps u to the generalised force that remains when its base rows were handed to the feet.
     """
     J_r = J_phi[contacts.supporting_rows]
-    G = J_r[:, :6].T
+    base = robot.nv_base
     P = np.eye(robot.nv)
-    P[:, :6] -= J_r.T @ np.linalg.pinv(G)
-    P[:6] = 0.0
+    if base:
+        P[:, :base] -= J_r.T @ np.linalg.pinv(J_r[:, :base].T)
+        P[:base] = 0.0
     return float(np.abs(np.linalg.eigvals(np.linalg.solve(M, P @ M @ Q_phi))).max())
 
 

@@ -9,12 +9,17 @@ import math
 
 import numpy as np
 
-from equipoise.compiled.compilation import compiled, entrance
-from equipoise.compiled.scratch import scratch
+from equipoise.compiled import compiled, scratch
+from equipoise.compiled.workspace import Block, integers, matrix, vector
 from equipoise.contacts.factor import factorise, lift, project
+from equipoise.contacts.program import contact_rows, move_surfaces
+from equipoise.contacts.stack import RANK_TOLERANCE
+from equipoise.control.base_wrench.bounded_kernels import bounded_reaction
 from equipoise.control.base_wrench.least import least_reaction, reaction_costs
 from equipoise.control.passivity.manifold_kernels import (
     RATE_OF_S_DF,
+    S_F,
+    S_F0,
     S_P0,
     S_QF,
     S_QP,
@@ -25,264 +30,316 @@ from equipoise.control.passivity.manifold_kernels import (
     posture_integrate,
     posture_update,
 )
-from equipoise.spatial.kernels import crossed, turned, turned_back
+from equipoise.control.passivity.memory import (
+    ALPHA,
+    AT,
+    BETA,
+    BETA_F,
+    BETA_P,
+    BOUND,
+    BOUNDED,
+    CLOCK,
+    COSTS,
+    DAMP_VIOLATION,
+    DQ,
+    DV,
+    ENDS,
+    ETA,
+    FADE,
+    FLAGS,
+    FORCE,
+    GAINS,
+    HANDING_OVER,
+    HANDOVER,
+    J_PHI,
+    K_D,
+    K_IF,
+    K_IP,
+    KIND_F,
+    KIND_P,
+    L_FACTOR,
+    LAM,
+    LAM_0,
+    LAM_REF,
+    LAYER_F,
+    LAYER_P,
+    MU,
+    NORMAL_ROWS,
+    OBSERVER,
+    OBSERVING,
+    PERIOD,
+    PIVOTS,
+    POSTURE,
+    Q_REF,
+    RANK,
+    REACTION,
+    REFLECTORS,
+    REGULATED,
+    REGULATED_COUNT,
+    ROW_COUNT,
+    STARTED,
+    SUPPORT_COUNT,
+    SUPPORTING,
+    SUPPORTING_COUNT,
+    SWITCHING,
+    T_FORCE,
+    T_HANDOVER,
+    T_POSTURE,
+    TAU,
+    TAU_MAX,
+    TERMS,
+    U_BEFORE,
+    V_REF,
+    S,
+    U,
+    leading,
+    leading_rows,
+    leading_whole,
+    packed,
+)
+from equipoise.kinematics.kernels import VELOCITY, Q, is_finite, place_frames, place_joints
+from equipoise.kinematics.manifold import difference, velocity_difference
+from equipoise.kinematics.tree import base_size
 
 RUN, SATURATED, HELD = range(3)  # how a tick went
-WHOLE, WANTED, REACTED = range(3)  # parts of a tick, see `law_tick`
 
 
 @compiled
-def base_pose(q: np.ndarray, T: np.ndarray) -> None:
-    """Write the pose row of the base of q [nq]; its quaternion xyzw may be off unit length."""
-    x, y, z, w = q[3], q[4], q[5], q[6]
-    two = 2.0 / (x * x + y * y + z * z + w * w)
-    T[0], T[1], T[2] = 1.0 - two * (y * y + z * z), two * (x * y + w * z), two * (x * z - w * y)
-    T[3], T[4], T[5] = two * (x * y - w * z), 1.0 - two * (x * x + z * z), two * (y * z + w * x)
-    T[6], T[7], T[8] = two * (x * z + w * y), two * (y * z - w * x), 1.0 - two * (x * x + y * y)
-    T[9], T[10], T[11] = q[0], q[1], q[2]
+def law_begin(tree: Block, state: Block, contacts: Block, t: float) -> bool:
+    """Place joints and frames at the measured state, move surfaces; False if it is not finite."""
+    if not (is_finite(vector(state, Q)) and is_finite(vector(state, VELOCITY))):
+        return False
+    place_joints(tree, state)
+    place_frames(tree, state)
+    move_surfaces(contacts, t)
+    return True
 
 
 @compiled
-def velocity_error(
-    q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, dv: np.ndarray
-) -> None:
-    """Write `v - Ad v_ref`: the wanted twist of the base is seen from the actual base first."""
-    base, ref = scratch(12), scratch(12)
-    base_pose(q, base)
-    base_pose(q_ref, ref)
-    vx, vy, vz = turned(ref, v_ref[0], v_ref[1], v_ref[2])
-    wx, wy, wz = turned(ref, v_ref[3], v_ref[4], v_ref[5])
-    px, py, pz = ref[9] - base[9], ref[10] - base[10], ref[11] - base[11]
-    cx, cy, cz = crossed(px, py, pz, wx, wy, wz)
-    vx, vy, vz = turned_back(base, vx + cx, vy + cy, vz + cz)
-    wx, wy, wz = turned_back(base, wx, wy, wz)
-    dv[0], dv[1], dv[2] = v[0] - vx, v[1] - vy, v[2] - vz
-    dv[3], dv[4], dv[5] = v[3] - wx, v[4] - wy, v[5] - wz
-    for i in range(6, v.shape[0]):
-        dv[i] = v[i] - v_ref[i]
+def inputs_are_finite(law: Block) -> bool:
+    """Tell whether measured multipliers and the reference are finite."""
+    rows, regulated = integers(law, FLAGS)[ROW_COUNT], integers(law, FLAGS)[REGULATED_COUNT]
+    return (
+        is_finite(leading(law, LAM, rows))
+        and is_finite(vector(law, Q_REF))
+        and is_finite(vector(law, V_REF))
+        and is_finite(leading(law, LAM_REF, regulated))
+    )
 
 
 @compiled
-def is_finite(x: np.ndarray) -> bool:
-    """Tell whether no entry is NaN or infinite; isfinite() would not notice, see `soundness`."""
-    total = 0.0
+def law_tick(
+    tree: Block, state: Block, contacts: Block, law: Block, bounds: Block, rows: Block,
+    search: Block, t: float,
+) -> int:  # fmt: skip
+    """Write s, u, the reaction and tau, advance the memory; return how it went.
+
+    `state` is the measured one, placed; `bounds`, `rows`, `search` are of the bounded distribution.
+    If something is not finite the memory stays as it was and HELD is returned.
+    """
+    if not inputs_are_finite(law):
+        return HELD
+    flags = integers(law, FLAGS)
+    r, base = flags[ROW_COUNT], base_size(tree)
+    J = leading_rows(law, J_PHI, r)
+    clock, F, lam_0 = vector(law, CLOCK), vector(law, REACTION), vector(law, LAM_0)
+    u, before, handed = vector(law, U), vector(law, U_BEFORE), vector(law, HANDOVER)
+    kept_flags, kept_clock = scratch(flags.shape[0]), scratch(clock.shape[0])
+    kept_F, kept_lam_0, kept_handed = (
+        scratch(F.shape[0]), scratch(F.shape[0]), scratch(u.shape[0])
+    )  # fmt: skip
+    copy(F, kept_F)
+    copy(lam_0, kept_lam_0)
+    copy(handed, kept_handed)
+    copy(clock, kept_clock)
+    for i in range(flags.shape[0]):
+        kept_flags[i] = flags[i]
+    contact_rows(tree, state, contacts, J, integers(law, AT))
+    observe(law)
+    rank = law_force(tree, state, law, J, t)
+    share_base_wrench(law, bounds, rows, search, J, base, t)
+    how = law_torque(law, J, rank, base)
+    if how == HELD:
+        copy(kept_F, F)
+        copy(kept_lam_0, lam_0)
+        copy(kept_handed, handed)
+        copy(kept_clock, clock)
+        for i in range(flags.shape[0]):
+            flags[i] = int(kept_flags[i])
+        return HELD
+    copy(u, before)
+    flags[STARTED], flags[SWITCHING], flags[RANK] = 1, 0, rank
+    return how
+
+
+@compiled
+def copy(x: np.ndarray, out: np.ndarray) -> None:
+    """Copy x to `out`."""
     for i in range(x.shape[0]):
-        total += x[i]
-    return abs(total) < np.inf
+        out[i] = x[i]
 
 
 @compiled
-def law_force(
-    q: np.ndarray,
-    v: np.ndarray,
-    q_ref: np.ndarray,
-    v_ref: np.ndarray,
-    dq: np.ndarray,
-    lam_ref: np.ndarray,
-    J: np.ndarray,
-    L: np.ndarray,
-    reflectors: np.ndarray,
-    pivots: np.ndarray,
-    regulated: np.ndarray,
-    K_d: np.ndarray,
-    posture: np.ndarray,
-    force: np.ndarray,
-    s: np.ndarray,
-    u: np.ndarray,
-    starting: bool,
-    age: float,
-    alpha: float,
-    beta_p: float,
-    k_ip: float,
-    age_F: float,
-    beta_F: float,
-    k_iF: float,
-    beta: float,
-    mu: float,
-    eta: float,
-    tolerance: float,
-    damp_violation: bool,
-) -> int:
+def observe(law: Block) -> None:
+    """Follow the reaction that would act without our own part: see `ReactionObserver`.
+
+    The measured multipliers of the supporting rows become what is observed plus our own part.
+    """
+    flags, gain = integers(law, FLAGS), vector(law, GAINS)[OBSERVER]
+    if gain == 1.0:  # it shows what is measured
+        return
+    count = flags[SUPPORTING_COUNT]
+    lam, lam_0, F = vector(law, LAM), vector(law, LAM_0), vector(law, REACTION)
+    supporting = integers(law, SUPPORTING)
+    for i in range(count):
+        raw = lam[supporting[i]] - F[i]
+        if not flags[OBSERVING]:
+            lam_0[i] = raw
+        lam_0[i] += gain * (raw - lam_0[i])
+        lam[supporting[i]] = lam_0[i] + F[i]
+    flags[OBSERVING] = 1
+
+
+@compiled
+def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) -> int:
     """Write the extended error s [nv] and the force u [nv]; return the rank of J [r, nv].
 
     Source: eqs. (21), (24). Differs from the print: see `PassivityController`.
     """
-    nv, r = v.shape[0], J.shape[0]
-    rank = factorise(J, L, reflectors, pivots, tolerance)
-    dv = scratch(nv)
-    velocity_error(q, v, q_ref, v_ref, dv)
-    if starting:
+    flags, gains, clock = integers(law, FLAGS), vector(law, GAINS), vector(law, CLOCK)
+    r, count = flags[ROW_COUNT], flags[REGULATED_COUNT]
+    L, reflectors = leading_rows(law, L_FACTOR, r), leading_rows(law, REFLECTORS, r)
+    pivots, regulated = leading_whole(law, PIVOTS, r), leading_whole(law, REGULATED, count)
+    rank = factorise(J, L, reflectors, pivots, RANK_TOLERANCE)
+    dq, dv, s, u = vector(law, DQ), vector(law, DV), vector(law, S), vector(law, U)
+    posture, force = matrix(law, POSTURE), packed(law, FORCE, 6, count)
+    difference(tree, vector(law, Q_REF), vector(state, Q), dq)
+    velocity_difference(
+        tree, vector(state, Q), vector(state, VELOCITY), vector(law, Q_REF), vector(law, V_REF), dv
+    )
+    nv = u.shape[0]
+    if not flags[STARTED]:
+        clock[T_POSTURE] = clock[T_FORCE] = t
         for i in range(nv):
-            posture[S_P0, i] = dv[i] + alpha * dq[i]
-    posture_update(posture, dq, dv, age, alpha, beta_p, k_ip)
-    force_update(force, age_F, beta_F, k_iF)
+            posture[S_P0, i] = dv[i] + gains[ALPHA] * dq[i]
+        for i in range(count):
+            force[S_F0, i] = force[S_F, i]
+    posture_update(posture, dq, dv, t - clock[T_POSTURE], gains[ALPHA], gains[BETA_P], gains[K_IP])
+    force_update(force, t - clock[T_FORCE], gains[BETA_F], gains[K_IF])
     s_rF, lifted = scratch(r), scratch(nv)
     s_rF[:] = 0.0
-    for i in range(regulated.shape[0]):
+    for i in range(count):
         s_rF[regulated[i]] = force[S_RF, i]
     project(reflectors, rank, posture[S_RP], s)
     lift(L, reflectors, pivots, rank, s_rF, lifted)
     for i in range(nv):
-        s[i] -= beta * lifted[i]
-    if damp_violation:
+        s[i] -= gains[BETA] * lifted[i]
+    if gains[DAMP_VIOLATION] != 0.0:
         project(reflectors, rank, dv, lifted)
         for i in range(nv):
             s[i] += dv[i] - lifted[i]
+    K_d, lam_ref = matrix(law, K_D), vector(law, LAM_REF)
     for i in range(nv):
         total = 0.0
         for k in range(nv):
             total += K_d[i, k] * s[k]
         u[i] = -total
-    for i in range(regulated.shape[0]):
+    for i in range(count):
         along = (
             -lam_ref[i]
             - force[RATE_OF_S_DF, i]
-            + k_iF * math.tanh(mu * force[S_QF, i])
-            + eta * force[S_RF, i]
+            + gains[K_IF] * math.tanh(gains[MU] * force[S_QF, i])
+            + gains[ETA] * force[S_RF, i]
         )
         for k in range(nv):
             u[k] += J[regulated[i], k] * along
+    hand_over(law, t)
     return rank
 
 
 @compiled
-def law_torque(
-    J: np.ndarray,
-    reflectors: np.ndarray,
-    rank: int,
-    supporting: np.ndarray,
-    regulated: np.ndarray,
-    u: np.ndarray,
-    base_reaction: np.ndarray,
-    lam: np.ndarray,
-    lam_ref: np.ndarray,
-    tau_max: np.ndarray,
-    posture: np.ndarray,
-    force: np.ndarray,
-    tau: np.ndarray,
-    dt: float,
-    bound: float,
-    kind: int,
-    layer: float,
-    kind_F: int,
-    layer_F: float,
-) -> int:
+def hand_over(law: Block, t: float) -> None:
+    """Add to u what is left of the difference that the last change of contacts would have made."""
+    flags, clock, gains = integers(law, FLAGS), vector(law, CLOCK), vector(law, GAINS)
+    u, before, difference_kept = vector(law, U), vector(law, U_BEFORE), vector(law, HANDOVER)
+    if flags[SWITCHING]:
+        clock[T_HANDOVER], flags[HANDING_OVER] = t, 1
+        for i in range(u.shape[0]):
+            difference_kept[i] = before[i] - u[i]
+    if flags[HANDING_OVER]:
+        share = math.exp(-(t - clock[T_HANDOVER]) / gains[FADE])
+        for i in range(u.shape[0]):
+            u[i] += share * difference_kept[i]
+
+
+@compiled
+def share_base_wrench(
+    law: Block, bounds: Block, rows: Block, search: Block, J: np.ndarray, base: int, t: float
+) -> None:
+    """Write the reaction F that carries the base rows of u, least in cost or within bounds."""
+    flags = integers(law, FLAGS)
+    count = flags[SUPPORTING_COUNT]
+    supporting = leading_whole(law, SUPPORTING, count)
+    lam, u, F = vector(law, LAM), vector(law, U), leading(law, REACTION, count)
+    without, costs = scratch(count), leading(law, COSTS, count)
+    for i in range(count):
+        without[i] = lam[supporting[i]] - F[i]
+    if base == 0:
+        F[:] = 0.0
+    elif flags[BOUNDED]:
+        bounded_reaction(bounds, rows, search, J, supporting, u, without, base, t, F)
+    else:
+        supports = flags[SUPPORT_COUNT]
+        reaction_costs(
+            lam, leading_whole(law, NORMAL_ROWS, supports), leading_whole(law, ENDS, supports),
+            packed(law, TERMS, 2, count), costs,
+        )  # fmt: skip
+        least_reaction(J, supporting, u, costs, without, base, F)
+
+
+@compiled
+def law_torque(law: Block, J: np.ndarray, rank: int, base: int) -> int:
     """Write the torque tau [na] within its limits, advance the integrals, return how it went.
 
     The integral of a joint whose torque is clamped stops if it would push further. If the torque
     is not finite nothing is written and HELD returned.
     """
+    flags, gains = integers(law, FLAGS), vector(law, GAINS)
+    r, count, supporting_count = (
+        flags[ROW_COUNT], flags[REGULATED_COUNT], flags[SUPPORTING_COUNT]
+    )  # fmt: skip
+    regulated = leading_whole(law, REGULATED, count)
+    supporting = leading_whole(law, SUPPORTING, supporting_count)
+    u, tau, tau_max = vector(law, U), vector(law, TAU), vector(law, TAU_MAX)
+    F, lam, lam_ref = vector(law, REACTION), vector(law, LAM), vector(law, LAM_REF)
     nv, na = u.shape[0], tau.shape[0]
     wanted = scratch(na)
     for k in range(na):
-        wanted[k] = u[6 + k]
-    for i in range(supporting.shape[0]):
+        wanted[k] = u[base + k]
+    for i in range(supporting_count):
         for k in range(na):
-            wanted[k] -= J[supporting[i], 6 + k] * base_reaction[i]
+            wanted[k] -= J[supporting[i], base + k] * F[i]
     if not is_finite(wanted):
         return HELD
+    posture, force = matrix(law, POSTURE), packed(law, FORCE, 6, count)
     s_qp, held = scratch(nv), scratch(nv)
     held[:] = 0.0
-    project(reflectors, rank, posture[S_QP], s_qp)
+    project(leading_rows(law, REFLECTORS, r), rank, posture[S_QP], s_qp)
     status = RUN
     for k in range(na):
         tau[k] = min(max(wanted[k], -tau_max[k]), tau_max[k])
         # K_d s enters the torque with a minus: a clamp at the top holds negative signs
-        if (wanted[k] > tau[k] and s_qp[6 + k] < 0.0) or (wanted[k] < tau[k] and s_qp[6 + k] > 0.0):
-            held[6 + k] = 1.0
+        if (wanted[k] > tau[k] and s_qp[base + k] < 0.0) or (
+            wanted[k] < tau[k] and s_qp[base + k] > 0.0
+        ):
+            held[base + k] = 1.0
         if wanted[k] != tau[k]:
             status = SATURATED
-    posture_integrate(posture, s_qp, held, dt, bound, kind, layer)
-    dlam = scratch(regulated.shape[0])
-    for i in range(regulated.shape[0]):
+    posture_integrate(
+        posture, s_qp, held, gains[PERIOD], gains[BOUND], int(gains[KIND_P]), gains[LAYER_P]
+    )
+    dlam = scratch(count)
+    for i in range(count):
         dlam[i] = lam[regulated[i]] - lam_ref[i]
-    force_integrate(force, dlam, dt, kind_F, layer_F)
+    force_integrate(force, dlam, gains[PERIOD], int(gains[KIND_F]), gains[LAYER_F])
     return status
-
-
-@entrance
-def law_tick(
-    q: np.ndarray,
-    v: np.ndarray,
-    lam: np.ndarray,
-    q_ref: np.ndarray,
-    v_ref: np.ndarray,
-    lam_ref: np.ndarray,
-    dq: np.ndarray,
-    J: np.ndarray,
-    L: np.ndarray,
-    reflectors: np.ndarray,
-    pivots: np.ndarray,
-    regulated: np.ndarray,
-    supporting: np.ndarray,
-    normal_rows: np.ndarray,
-    ends: np.ndarray,
-    terms: np.ndarray,
-    K_d: np.ndarray,
-    tau_max: np.ndarray,
-    posture: np.ndarray,
-    force: np.ndarray,
-    reaction_before: np.ndarray,
-    u_before: np.ndarray,
-    handover: np.ndarray,
-    s: np.ndarray,
-    u: np.ndarray,
-    reaction: np.ndarray,
-    tau: np.ndarray,
-    starting: bool,
-    switching: bool,
-    share: float,
-    age: float,
-    alpha: float,
-    beta_p: float,
-    k_ip: float,
-    bound: float,
-    kind: int,
-    layer: float,
-    age_F: float,
-    beta_F: float,
-    k_iF: float,
-    kind_F: int,
-    layer_F: float,
-    beta: float,
-    mu: float,
-    eta: float,
-    damp_violation: bool,
-    tolerance: float,
-    dt: float,
-    part: int,
-    rank: int,
-) -> tuple[int, int]:
-    """Write s, u [nv], the reaction [k] and tau [na]; return how the tick went and the rank of J.
-
-    When `switching`, `handover` [nv] becomes what u would jump by; a `share` of it is added to u.
-    One call for all: calling a kernel from Python costs about as much as half of these. Only where
-    somebody else shares out the base wrench there are two: WANTED stops at u, REACTED goes on with
-    the reaction that was found, and the `rank`.
-    """
-    if part != REACTED:
-        if not (is_finite(lam) and is_finite(q_ref) and is_finite(v_ref) and is_finite(lam_ref)):
-            return HELD, 0
-        rank = law_force(
-            q, v, q_ref, v_ref, dq, lam_ref, J, L, reflectors, pivots, regulated, K_d, posture,
-            force, s, u, starting, age, alpha, beta_p, k_ip, age_F, beta_F, k_iF, beta, mu, eta,
-            tolerance, damp_violation,
-        )  # fmt: skip
-        for i in range(u.shape[0]):
-            if switching:
-                handover[i] = u_before[i] - u[i]
-            u[i] += share * handover[i]
-    if part == WANTED:
-        return RUN if is_finite(u) else HELD, rank
-    if part == WHOLE:
-        count = supporting.shape[0]
-        costs, without = scratch(count), scratch(count)
-        reaction_costs(lam, normal_rows, ends, terms, costs)
-        for i in range(count):
-            without[i] = lam[supporting[i]] - reaction_before[i]
-        least_reaction(J, supporting, u, costs, without, reaction)
-    how = law_torque(
-        J, reflectors, rank, supporting, regulated, u, reaction, lam, lam_ref, tau_max, posture,
-        force, tau, dt, bound, kind, layer, kind_F, layer_F,
-    )  # fmt: skip
-    return how, rank

@@ -6,69 +6,84 @@ at all is outside, once, when the adviser suggests the constant matrix `K_d`.
 
 from __future__ import annotations
 
-import math
-from enum import Enum
-from typing import NamedTuple
+from collections.abc import Mapping
 
 import numpy as np
-import pinocchio as pin
 
-from equipoise.contacts import ContactRows, ContactStack, Factor
-from equipoise.contacts.stack import RANK_TOLERANCE
-from equipoise.control.base_wrench.bounded import Distribution, ReactionBounds
-from equipoise.control.base_wrench.support import Support
-from equipoise.control.interface import Inputs, Measurement, Target
-from equipoise.control.passivity.gains import ControlGains
-from equipoise.control.passivity.kernels import (
-    HELD,
-    REACTED,
-    RUN,
-    SATURATED,
-    WANTED,
-    WHOLE,
-    law_tick,
+from equipoise.compiled import entrance
+from equipoise.compiled.workspace import Workspace, part_of
+from equipoise.contacts import ContactStack
+from equipoise.control.base_wrench.bounded import ReactionBounds
+from equipoise.control.interface import (
+    Command,
+    ControllerState,
+    ControlStatus,
+    Measurement,
+    Reference,
+    write_vector,
 )
+from equipoise.control.passivity.gains import ControlGains
+from equipoise.control.passivity.kernels import HELD, RUN, SATURATED, law_begin, law_tick
 from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
-from equipoise.errors import InputError, NonFiniteError, ShapeError
-from equipoise.kinematics import KinematicsEvaluator
+from equipoise.control.passivity.memory import (
+    FLAG_COUNT,
+    STARTED,
+    SWITCHING,
+    T_FORCE,
+    T_POSTURE,
+)
+from equipoise.control.passivity.program import LawProgram, index_of
+from equipoise.errors import InputError
+from equipoise.hqp.solvers.active_set.solve import SOLVE
+from equipoise.kinematics.state import Kinematics, KinematicsMemory
+from equipoise.kinematics.tree import fill_tree, tree_of
 from equipoise.robots import Robot
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_vector
+
+BEGIN, FINISH = 1, 2  # parts of a tick: what Python has to see before the rest stands between
+STATUS = {
+    RUN: ControlStatus.RUN,
+    SATURATED: ControlStatus.SATURATED,
+    HELD: ControlStatus.HELD,
+}
 
 
-class ControlStatus(Enum):
-    """How a tick went; the value is a sentence."""
-
-    RUN = "the law was computed from a complete measurement"
-    SATURATED = "at least one torque was clamped to its limit; its integral is held"
-    HELD = "the measurement or target held a NaN or an infinity; the last torque is kept"
-
-
-class Command(NamedTuple):
-    """What a tick returns: `tau` (na,) [N m] within its limits, and how it came about.
-
-    `u` (nv,) is the fully actuated law, `base_reaction` (k,) the change F of the supporting
-    reactions that carries its base rows, `s` (nv,) the extended error.
-    """
-
-    tau: Array
-    status: ControlStatus
-    u: Array
-    base_reaction: Array
-    s: Array
-
-
-_STATUS = {RUN: ControlStatus.RUN, SATURATED: ControlStatus.SATURATED}
+@entrance
+def law_alone(
+    floats: np.ndarray, whole: np.ndarray, tables: np.ndarray, first: int, t: float, part: int
+) -> int:
+    """Run a tick of the law, or a part of it, in the parts of a workspace from `first` on."""
+    tree, state = part_of(floats, whole, tables, 0), part_of(floats, whole, tables, first)
+    contacts, law = (
+        part_of(floats, whole, tables, first + 1),
+        part_of(floats, whole, tables, first + 2),
+    )
+    if part & BEGIN and not law_begin(tree, state, contacts, t):
+        return HELD
+    if not part & FINISH:
+        return RUN
+    bounds, rows, search = (
+        part_of(floats, whole, tables, first + 3),
+        part_of(floats, whole, tables, first + 4),
+        part_of(floats, whole, tables, first + 5),
+    )
+    return law_tick(tree, state, contacts, law, bounds, rows, search, t)
 
 
 class PassivityController:
     """Tracks posture and contact forces; `reset` and then `step` once every `dt` [s].
 
-    Its whole memory: `posture`, `force` (the manifolds), `base_reaction`, `tau`, `u`, `handover`.
+    Its whole memory lies in one workspace; `posture`, `force` (the manifolds), `base_reaction`,
+    `tau`, `u`, `handover` look into it.
     Source: eqs. (21), (24). Differs from the print: `- ds_dF/dt` instead of `+` (only then does
     (26) follow); the rows of J_phi whose force is not regulated have zero force error; the six
     base rows of the torque go to the supporting contacts (`least_reaction`); integrals
     stop while a torque is clamped. With `damp_violation` s also holds `(I - Q_phi) dv`. With
-    `bounds` the base wrench is shared out by a `BoundedDistribution`; `distribution` is the last.
+    `bounds` the base wrench is shared out within what a floor can give. `filter_time` [s] is that
+    of the `ReactionObserver` through which the law sees its supporting reaction. It makes a
+    workspace of its own, or works `inside` one that was laid out by a program, in the parts from a
+    number on.
     """
 
     def __init__(
@@ -79,51 +94,126 @@ class PassivityController:
         dt: float,
         *,
         bounds: ReactionBounds | None = None,
+        filter_time: float = 0.0,
+        inside: tuple[Workspace, LawProgram, int] | None = None,
     ) -> None:
-        if not contacts.supporting_rows.size:
-            raise InputError(
-                "no contact supports the base",
-                known=contacts.rows,
-                remedy="Mark at least one contact (a sole) as supporting",
-            )
-        self.robot, self.contacts, self.gains, self.dt = robot, contacts, gains, dt
-        self.bounds = bounds
-        self.K_d = gains.damping_matrix(robot.nv)
-        self._tau_max = robot.tau_max.copy()  # arrays that may be written reach kernels faster
-        self._evaluator = KinematicsEvaluator(robot)
-        self._hold(contacts)
+        require_support(robot, contacts)
+        require_period(dt)
+        self.robot, self.dt, self.filter_time = robot, float(dt), filter_time
+        self._bounds, self._gains = bounds, gains
+        if inside is None:
+            self._lay_out(contacts)
+        else:
+            self._work_in(*inside, contacts)
         self.reset()
 
-    def _hold(self, contacts: ContactStack) -> None:
-        """Make room for the rows of a stack."""
+    def _lay_out(self, contacts: ContactStack) -> None:
+        """Make a workspace for these contacts."""
+        robot = self.robot
+        program = LawProgram(robot, contacts.contacts, self._bounds)
+        frames = list(dict.fromkeys(map(robot.frame_id, program.contacts.frames())))
+        workspace = Workspace(
+            {"tree": tree_of(robot.model, frames), **program.shapes(len(frames))},
+            program.memory,
+            [SOLVE],
+        )
+        fill_tree(workspace.tree, robot.model, frames)
+        program.fill(workspace, lambda frame: frames.index(robot.frame_id(frame)))
+        self._work_in(workspace, program, 1, contacts)
+
+    def _work_in(
+        self, workspace: Workspace, program: LawProgram, first: int, contacts: ContactStack
+    ) -> None:
+        """Work in the parts of a workspace from `first` on, laid out by a program."""
+        self.program, self.workspace, self.first = program, workspace, first
+        self.law = workspace.parts["law"]
+        self._measured = workspace.parts["measured"]
+        self._entrance = (workspace.floats, workspace.integers, workspace.tables, first)
+        self._memory = KinematicsMemory(self.robot, workspace, first)
+        self.asks_python = program.contacts.needs_python
+        program.tune(workspace, self._gains, self.dt, self.filter_time)
+        self.hold(contacts)
+
+    def move_into(self, workspace: Workspace, first: int) -> None:
+        """Go on in another workspace that its program laid out, from part `first` on.
+
+        Its memory has to be restored there.
+        """
+        self._work_in(workspace, self.program, first, self.contacts)
+
+    def hold(self, contacts: ContactStack) -> None:
+        """Note which contacts hold, nothing else: a run goes on as if they always had."""
         self.contacts = contacts
-        self._rows = ContactRows.of_size(contacts.size, self.robot.nv)
-        self._factor = Factor(contacts.size, self.robot.nv)
-        self._support = Support(contacts)
-        self._distribute = self._support.bounded(self.bounds) if self.bounds else None
-        self._plain = Inputs(self.robot, contacts)
+        self.program.hold(self.workspace, contacts)
+        gains, law = self._gains, self.law
+        k, r = contacts.regulated_rows.size, contacts.size
+        self._lam, self._lam_ref = law.lam[:r], law.lam_ref[:k]
+        self.posture = PostureManifold(
+            self.robot.nv, alpha=gains.alpha, beta_p=gains.beta_p, k_ip=gains.k_ip,
+            sgn=gains.sgn_p, bound=gains.integral_max, inside=(law.posture, law.clock, T_POSTURE),
+        )  # fmt: skip
+        force = law.force.ravel()[: 6 * k].reshape(6, k)
+        self.force = ForceManifold(
+            k, beta_F=gains.beta_F, k_iF=gains.k_iF, sgn=gains.sgn_F,
+            inside=(force, law.clock, T_FORCE),
+        )  # fmt: skip
+
+    @property
+    def gains(self) -> ControlGains:
+        """The gains; give other ones at any time: integrals and starting values stay."""
+        return self._gains
+
+    @gains.setter
+    def gains(self, gains: ControlGains) -> None:
+        self.program.tune(self.workspace, gains, self.dt, self.filter_time)
+        self._gains = gains
+        posture, force = self.posture, self.force
+        posture.alpha, posture.beta_p, posture.k_ip = gains.alpha, gains.beta_p, gains.k_ip
+        force.beta_F, force.k_iF = gains.beta_F, gains.k_iF
+
+    @property
+    def tau(self) -> Array:
+        """The last torque (na,) [N m]."""
+        return self.law.tau
+
+    @property
+    def u(self) -> Array:
+        """The last fully actuated law (nv,)."""
+        return self.law.u_before
+
+    @property
+    def handover(self) -> Array:
+        """What u would have jumped by (nv,) at the last change of contacts."""
+        return self.law.handover
+
+    @property
+    def base_reaction(self) -> Array:
+        """The last change F (k,) of the supporting reactions."""
+        return self.law.reaction[: self.contacts.supporting_rows.size]
+
+    @property
+    def notes(self) -> dict[str, float]:
+        """What a sole was about to do, in words, and since when [s]; nothing without bounds."""
+        if not self.program.bounded:
+            return {}
+        return self.program.bounds.notes(self.workspace.parts["bounds"])
 
     def reset(self) -> None:
-        """Forget everything; the next `step` is the time t0 of the manifolds."""
-        gains, nv = self.gains, self.robot.nv
-        self.posture = PostureManifold(
-            nv,
-            alpha=gains.alpha,
-            beta_p=gains.beta_p,
-            k_ip=gains.k_ip,
-            sgn=gains.sgn_p,
-            bound=gains.integral_max,
-        )
-        self.force = self._new_force_manifold()
-        self.distribution: Distribution | None = None
-        self.base_reaction = np.zeros(self.contacts.supporting_rows.size)
-        self.tau = np.zeros(self.robot.na)
-        self.u = np.zeros(nv)
-        self.handover = np.zeros(nv)
-        self._handover_t0 = 0.0
-        self._handing_over = False
-        self._started = False
-        self._switching = False
+        """Forget everything: the next `step` starts the manifolds anew."""
+        law = self.law
+        for name in (
+            "posture",
+            "force",
+            "u_before",
+            "handover",
+            "reaction",
+            "lam_0",
+            "tau",
+            "clock",
+        ):
+            getattr(law, name)[...] = 0.0
+        law.flags[:] = np.zeros(FLAG_COUNT)
+        self.hold(self.contacts)
 
     def switch(self, contacts: ContactStack) -> None:
         """Let other contacts hold from the next `step` on, without a jump of the torque.
@@ -138,145 +228,112 @@ class PassivityController:
             raise InputError(
                 "the supporting contacts cannot change while running", given=after, known=before
             )
-        self._hold(contacts)
-        self.force = self._new_force_manifold()
-        self._switching = self._started
-        self._started = False
+        known = self.program.contacts.contacts
+        if any(index_of(known, contact) < 0 for contact in contacts.contacts):
+            memory = self.state()
+            self._lay_out(contacts)
+            self._take(memory)
+        self.hold(contacts)
+        self.force.memory[:] = 0.0
+        flags = self.law.flags
+        flags[SWITCHING] = flags[STARTED]
+        flags[STARTED] = 0
+
+    def _take(self, memory: Mapping[str, Array]) -> None:
+        """Take over from another layout what does not depend on the contacts that are regulated."""
+        for name in ("posture", "u_before", "handover", "tau", "clock", "flags"):
+            getattr(self.law, name)[...] = memory[f"law.{name}"]
+        for name in ("reaction", "lam_0"):
+            kept = memory[f"law.{name}"]
+            getattr(self.law, name)[: len(kept)] = kept
 
     def take_over(self, tau: Array) -> None:
         """Begin from joint torques `tau` (na,) [N m] that are measured now, at the first `step`.
 
         For a robot that stands under its own servos: without it the first torque is zero but for
         the wanted forces. The difference fades like that of a switch.
-        Raises: `ShapeError`.
+        Raises: `ShapeError`, `NonFiniteError`.
         """
-        if tau.shape != (self.robot.na,):
-            raise ShapeError("tau", tau.shape, (self.robot.na,))
-        self.u = np.concatenate((np.zeros(6), tau))
-        self._switching = True
+        law, base = self.law, self.robot.nv_base
+        law.u_before[base:] = real_vector("tau", tau, self.robot.na)
+        law.u_before[:base] = 0.0
+        law.flags[SWITCHING] = 1
 
-    def _new_force_manifold(self) -> ForceManifold:
-        gains = self.gains
-        size = self.contacts.regulated_rows.size
-        return ForceManifold(size, beta_F=gains.beta_F, k_iF=gains.k_iF, sgn=gains.sgn_F)
+    def state(self) -> ControllerState:
+        """Return a copy of the whole memory; `held` says which contacts hold, in their order."""
+        known = self.program.contacts.contacts
+        held = [index_of(known, contact) for contact in self.contacts.contacts]
+        return {**self.workspace.memory(), "held": np.array(held, dtype=int)}
 
-    def step(self, t: float, measured: Measurement, target: Target) -> Command:
+    def restore(self, state: ControllerState) -> None:
+        """Continue from a memory that `state` returned, of this law or one laid out alike."""
+        memory = dict(state)
+        known, held = self.program.contacts.contacts, memory.pop("held")
+        contacts = [known[k] for k in held]
+        if contacts != list(self.contacts.contacts):
+            self.hold(ContactStack(contacts))
+        self.workspace.restore(memory)
+
+    def step(self, t: float, measured: Measurement, reference: Reference) -> Command:
         """Return the torque at time `t` [s]. Never raises on values, never exceeds a limit.
 
-        Raises: `ShapeError` if an array has the wrong shape.
+        Raises: `ShapeError` if an array has the wrong shape, `InputError` if it holds no numbers.
         """
-        plain = self._plain
-        plain.take(measured, target)
-        measured, target = plain.measured, plain.target
-        try:
-            kin = self._evaluator.at(measured.q, measured.v, t)
-        except NonFiniteError:
-            return self._held()
-        self.contacts.fill(kin, self._rows)
-        robot = self.robot
-        s, u, tau = np.empty(robot.nv), np.empty(robot.nv), np.empty(robot.na)
-        base_reaction = np.empty(len(self.base_reaction))
-        if not self._started:
-            self.posture.t0 = t
-            self.force.start(t)
-        if self._switching:
-            self._handover_t0, self._handing_over = t, True
-        outcome = s, u, base_reaction, tau
-        if self._distribute is None:
-            code = self._law(t, measured, target, *outcome, WHOLE)
+        self._write(measured, reference)
+        if self.asks_python:
+            code = self._in_two(t)
         else:
-            code = self._law(t, measured, target, *outcome, WANTED)
-            if code != HELD:
-                base_reaction[:] = self._bounded(u, measured.lam)
-                code = self._law(t, measured, target, *outcome, REACTED)
+            code = law_alone(*self._entrance, t, BEGIN | FINISH)
+        return self.command(code)
+
+    def _write(self, measured: Measurement, reference: Reference) -> None:
+        law, state = self.law, self._measured
+        write_vector("measured q", measured.q, state.q)
+        write_vector("measured v", measured.v, state.v)
+        write_vector("measured lam", measured.lam, self._lam)
+        write_vector("reference q_ref", reference.q_ref, law.q_ref)
+        write_vector("reference v_ref", reference.v_ref, law.v_ref)
+        write_vector("reference lam_ref", reference.lam_ref, self._lam_ref)
+
+    def _in_two(self, t: float) -> int:
+        """Run a tick whose contacts are asked from Python."""
+        contacts, part = self.program.contacts, self.workspace.parts["law_contacts"]
+        contacts.write_places(part, t)
+        code: int = law_alone(*self._entrance, t, BEGIN)
         if code == HELD:
-            return self._held()
-        self._started, self._switching = True, False
-        self.u, self.base_reaction, self.tau = u, base_reaction, tau
-        return Command(tau, _STATUS[code], u, base_reaction, s)
+            return HELD
+        contacts.write_plain(part, self.kinematics(t), self.law.J, self.law.at)
+        return law_alone(*self._entrance, t, FINISH)
 
-    def _law(
-        self,
-        t: float,
-        measured: Measurement,
-        target: Target,
-        s: Array,
-        u: Array,
-        base_reaction: Array,
-        tau: Array,
-        part: int,
-    ) -> int:
-        """Write the arrays of a command, or a part of them; return how it went."""
-        gains, posture, force, factor = self.gains, self.posture, self.force, self._factor
-        contacts, support = self.contacts, self._support
-        code, factor.rank = law_tick(
-            measured.q,
-            measured.v,
-            measured.lam,
-            target.q_ref,
-            target.v_ref,
-            target.lam_ref,
-            pin.difference(self.robot.model, target.q_ref, measured.q),
-            self._rows.J,
-            factor.L,
-            factor.reflectors,
-            factor.pivots,
-            contacts.regulated_rows,
-            contacts.supporting_rows,
-            support.normal_rows,
-            support.ends,
-            support.terms,
-            self.K_d,
-            self._tau_max,
-            posture.memory,
-            force.memory,
-            self.base_reaction,
-            self.u,
-            self.handover,
-            s,
-            u,
-            base_reaction,
-            tau,
-            not self._started,
-            self._switching,
-            self._share_of_handover(t),
-            float(t - posture.t0),
-            posture.alpha,
-            posture.beta_p,
-            posture.k_ip,
-            posture.bound,
-            posture.sgn.code,
-            posture.sgn.layer,
-            float(t - force.t0),
-            force.beta_F,
-            force.k_iF,
-            force.sgn.code,
-            force.sgn.layer,
-            gains.beta,
-            gains.mu,
-            gains.eta,
-            gains.damp_violation,
-            RANK_TOLERANCE,
-            self.dt,
-            part,
-            factor.rank,
+    def kinematics(self, t: float) -> Kinematics:
+        """Return the kinematics of the last measured state, which the next tick makes stale."""
+        self._memory.stamp += 1
+        return Kinematics(self._memory, t)
+
+    def command(self, code: int) -> Command:
+        """Return the command that stands in the workspace after a tick that went as `code` says."""
+        law = self.law
+        if code == HELD:
+            nothing = np.zeros(self.robot.nv)
+            return Command(
+                law.tau.copy(), ControlStatus.HELD, nothing, self.base_reaction.copy(), nothing
+            )
+        return Command(
+            law.tau.copy(), STATUS[code], law.u.copy(), self.base_reaction.copy(), law.s.copy()
         )
-        return code
 
-    def _bounded(self, u: Array, lam: Array) -> Array:
-        """Return the reaction (k,) within the bounds that carries the base rows of `u`."""
-        rows = self.contacts.supporting_rows
-        lam_0 = lam[rows] - self.base_reaction
-        with np.errstate(all="ignore"):
-            self.distribution = self._distribute(u[:6], self._rows.J[rows, :6], lam_0)
-        return self.distribution.F
 
-    def _share_of_handover(self, t: float) -> float:
-        """Return what is left of the last switch's difference at time `t` [s]."""
-        if not self._handing_over:
-            return 0.0
-        return math.exp(-(t - self._handover_t0) / self.gains.handover)
+def require_support(robot: Robot, contacts: ContactStack) -> None:
+    """Refuse contacts that leave a moving base to itself. Raises: `InputError`."""
+    if robot.nv_base and not contacts.supporting_rows.size:
+        raise InputError(
+            "no contact supports the base",
+            known=contacts.rows,
+            remedy="Mark at least one contact (a sole) as supporting",
+        )
 
-    def _held(self) -> Command:
-        nothing = np.zeros(self.robot.nv)
-        return Command(self.tau, ControlStatus.HELD, nothing, self.base_reaction, nothing)
+
+def require_period(dt: float) -> None:
+    """Refuse a period that is not finite and positive. Raises: `InputError`."""
+    if not (np.isfinite(dt) and dt > 0.0):
+        raise InputError("the period must be finite and positive [s]", given=dt)

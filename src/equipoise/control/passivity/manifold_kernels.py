@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from equipoise.compiled.compilation import compiled, entrance
+from equipoise.compiled import compiled, entrance
 
 SIGN, TANH, SATURATION = range(3)  # kinds of sign functions
 # rows of the memory of the posture manifold, and of the force manifold
@@ -31,7 +31,7 @@ def soft_sign(x: float, kind: int, layer: float) -> float:
     return min(max(x / layer, -1.0), 1.0)
 
 
-@entrance
+@compiled
 def posture_update(
     memory: np.ndarray,
     dq: np.ndarray,
@@ -49,7 +49,7 @@ def posture_update(
         memory[S_RP, i] = memory[S_QP, i] + k_ip * memory[INTEGRAL, i]
 
 
-@entrance
+@compiled
 def posture_integrate(
     memory: np.ndarray,
     s_qp_tangent: np.ndarray,
@@ -66,7 +66,7 @@ def posture_integrate(
             memory[INTEGRAL, i] = min(max(advanced, -bound), bound)
 
 
-@entrance
+@compiled
 def force_update(memory: np.ndarray, age: float, beta_F: float, k_iF: float) -> None:
     """Write s_qF, s_rF and ds_dF/dt at `age` = t - t0. Source: eq. (23a)-(23d), see the class."""
     forgotten = math.exp(-beta_F * age)
@@ -77,7 +77,7 @@ def force_update(memory: np.ndarray, age: float, beta_F: float, k_iF: float) -> 
         memory[S_RF, i] = memory[S_QF, i] + k_iF * memory[INTEGRAL_F, i]
 
 
-@entrance
+@compiled
 def force_integrate(
     memory: np.ndarray, dlam: np.ndarray, dt: float, kind: int, layer: float
 ) -> None:
@@ -85,3 +85,35 @@ def force_integrate(
     for i in range(memory.shape[1]):
         memory[INTEGRAL_F, i] += dt * soft_sign(memory[S_QF, i], kind, layer)
         memory[S_F, i] += dt * dlam[i]
+
+
+@entrance
+def posture_update_alone(
+    memory: np.ndarray, dq: np.ndarray, dv: np.ndarray, age: float, alpha: float, beta_p: float,
+    k_ip: float,
+) -> None:  # fmt: skip
+    """Update a posture manifold, called from Python."""
+    posture_update(memory, dq, dv, age, alpha, beta_p, k_ip)
+
+
+@entrance
+def posture_integrate_alone(
+    memory: np.ndarray, s_qp_tangent: np.ndarray, held: np.ndarray, dt: float, bound: float,
+    kind: int, layer: float,
+) -> None:  # fmt: skip
+    """Integrate a posture manifold, called from Python."""
+    posture_integrate(memory, s_qp_tangent, held, dt, bound, kind, layer)
+
+
+@entrance
+def force_update_alone(memory: np.ndarray, age: float, beta_F: float, k_iF: float) -> None:
+    """Update a force manifold, called from Python."""
+    force_update(memory, age, beta_F, k_iF)
+
+
+@entrance
+def force_integrate_alone(
+    memory: np.ndarray, dlam: np.ndarray, dt: float, kind: int, layer: float
+) -> None:
+    """Integrate a force manifold, called from Python."""
+    force_integrate(memory, dlam, dt, kind, layer)

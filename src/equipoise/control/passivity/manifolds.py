@@ -19,10 +19,10 @@ from equipoise.control.passivity.manifold_kernels import (
     S_QP,
     S_RF,
     S_RP,
-    force_integrate,
-    force_update,
-    posture_integrate,
-    posture_update,
+    force_integrate_alone,
+    force_update_alone,
+    posture_integrate_alone,
+    posture_update_alone,
 )
 from equipoise.control.passivity.sign import SignFunction
 from equipoise.spatial import Array
@@ -42,26 +42,45 @@ class _Quantity:
 
 
 class _Manifold:
-    """What both have: a memory (quantities, size) and the time t0 they began at."""
+    """What both have: a memory (quantities, size) and the time t0 they began at, `clock[place]`."""
 
-    def __init__(self, quantities: int, size: int) -> None:
-        self.memory = np.zeros((quantities, size))
-        self.t0 = 0.0
+    def __init__(self, memory: Array, clock: Array, place: int) -> None:
+        self.memory = memory
+        self._clock, self._place = clock, place
+
+    @property
+    def t0(self) -> float:
+        """When it began [s]."""
+        return float(self._clock[self._place])
+
+    @t0.setter
+    def t0(self, t: float) -> None:
+        self._clock[self._place] = t
 
 
 class PostureManifold(_Manifold):
     """Source: eq. (22a)-(22d). Differs from the print: time counts from t0 in (22b), and the
     argument of sgn is projected on the tangent space of the contacts, which is where s_qp lives
     when the contacts are rigid; what little of it is not (drift) then cannot wind the integral up.
+
+    `inside` tells whose memory it looks into: an array (5, nv), a clock and its place there.
     """
 
     s_p0, integral_of_sign = _Quantity(S_P0), _Quantity(INTEGRAL)
     s_p, s_qp, s_rp = _Quantity(S_P), _Quantity(S_QP), _Quantity(S_RP)
 
     def __init__(
-        self, nv: int, *, alpha: float, beta_p: float, k_ip: float, sgn: SignFunction, bound: float
+        self,
+        nv: int,
+        *,
+        alpha: float,
+        beta_p: float,
+        k_ip: float,
+        sgn: SignFunction,
+        bound: float,
+        inside: tuple[Array, Array, int] | None = None,
     ) -> None:
-        super().__init__(5, nv)
+        super().__init__(*(inside or (np.zeros((5, nv)), np.zeros(1), 0)))
         self.alpha, self.beta_p, self.k_ip = float(alpha), float(beta_p), float(k_ip)
         self.sgn = sgn
         self.bound = float(bound)
@@ -74,13 +93,15 @@ class PostureManifold(_Manifold):
     def update(self, t: float, dq: Array, dv: Array) -> Array:
         """Take the errors `dq`, `dv` (nv,) of time `t` [s]; return `s_rp` (nv,)."""
         age = float(t - self.t0)
-        posture_update(self.memory, dq, dv, age, self.alpha, self.beta_p, self.k_ip)
+        posture_update_alone(self.memory, dq, dv, age, self.alpha, self.beta_p, self.k_ip)
         return self.s_rp
 
     def integrate(self, dt: float, s_qp_tangent: Array, held: Array) -> None:
         """Advance the integral of sgn by `dt` [s], except the components `held` (nv,) bool."""
         sgn = self.sgn
-        posture_integrate(self.memory, s_qp_tangent, held, dt, self.bound, sgn.code, sgn.layer)
+        posture_integrate_alone(
+            self.memory, s_qp_tangent, held, dt, self.bound, sgn.code, sgn.layer
+        )
 
 
 class ForceManifold(_Manifold):
@@ -91,8 +112,16 @@ class ForceManifold(_Manifold):
     s_F, s_F0, integral_of_sign = _Quantity(S_F), _Quantity(S_F0), _Quantity(INTEGRAL_F)
     s_qF, s_rF, rate_of_s_dF = _Quantity(S_QF), _Quantity(S_RF), _Quantity(RATE_OF_S_DF)
 
-    def __init__(self, size: int, *, beta_F: float, k_iF: float, sgn: SignFunction) -> None:
-        super().__init__(6, size)
+    def __init__(
+        self,
+        size: int,
+        *,
+        beta_F: float,
+        k_iF: float,
+        sgn: SignFunction,
+        inside: tuple[Array, Array, int] | None = None,
+    ) -> None:
+        super().__init__(*(inside or (np.zeros((6, size)), np.zeros(1), 0)))
         self.beta_F, self.k_iF = float(beta_F), float(k_iF)
         self.sgn = sgn
 
@@ -103,9 +132,9 @@ class ForceManifold(_Manifold):
 
     def update(self, t: float) -> Array:
         """Evaluate the manifold at time `t` [s]; return `s_rF` (k,)."""
-        force_update(self.memory, float(t - self.t0), self.beta_F, self.k_iF)
+        force_update_alone(self.memory, float(t - self.t0), self.beta_F, self.k_iF)
         return self.s_rF
 
     def integrate(self, dt: float, dlam: Array) -> None:
         """Advance both integrals by `dt` [s] with the force error `dlam` (k,) [N, N m]."""
-        force_integrate(self.memory, dlam, dt, self.sgn.code, self.sgn.layer)
+        force_integrate_alone(self.memory, dlam, dt, self.sgn.code, self.sgn.layer)

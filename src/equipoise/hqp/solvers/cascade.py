@@ -5,13 +5,14 @@ It is written to be read and to be exact, not to be fast.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from equipoise.hqp.hierarchy import Hierarchy
 from equipoise.hqp.solution import Solution, Status, describe
-from equipoise.hqp.solvers.level_problem import HardRows, LevelProblem, Scale, solve_level
+from equipoise.hqp.solvers.level_problem import HardRows, LevelProblem, solve_level
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,13 +21,12 @@ class Cascade:
 
     Equalities, violated rows and rows that carry a multiplier are fixed by what is solved already
     and leave through an orthonormal basis; the other rows stay as hard bounds for the levels below.
-    `tolerance` is relative: to the row, the size of v and the size of the gradient.
+    Rows are judged in comparison with their own length.
 
     Source: eq. (15). Differs from the print: the levels above are held by that basis instead of
     as rows of the QP, which would be infeasible by rounding.
     """
 
-    tolerance: float = 1e-10
     iteration_limit: int = 2000
     name: str = "cascade"
 
@@ -36,9 +36,8 @@ class Cascade:
         v, basis, iterations = np.zeros(n), np.eye(n), 0
         status = Status.SOLVED
         hard = HardRows.none(n)
-        scale = Scale.of(hierarchy, self.tolerance)
         for A, lower, upper in _levels(hierarchy):
-            problem = LevelProblem(A, lower, upper, hard, v, basis, scale)
+            problem = LevelProblem(A, lower, upper, hard, v, basis)
             result = solve_level(problem, self.iteration_limit)
             iterations += result.iterations
             if not result.converged:
@@ -49,7 +48,7 @@ class Cascade:
         return describe(hierarchy, v, status, self.name, iterations)
 
 
-def _levels(hierarchy: Hierarchy):
+def _levels(hierarchy: Hierarchy) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Yield the rows of each level, and last the rows `v = 0` that pick the least norm."""
     for i in range(len(hierarchy.ends)):
         rows = hierarchy.level(i)

@@ -12,27 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.hqp.hierarchy import Hierarchy
+from equipoise.hqp.solvers.row_least_squares import ROUNDING, solve_rows
 
 STALLS_BEFORE_BLAND = 20
-ROUNDING = 1e-14
+DEPENDENT = 1e-8  # a row of which less than this share is left depends on the others
+VIOLATED = 1e-11  # of the same: a violation below it counts as none
 RATE_FLOOR = 1e-12
-
-
-@dataclass(frozen=True, slots=True)
-class Scale:
-    """What counts as zero: `velocity` is the size of v that the bounds ask for at least."""
-
-    velocity: float
-    tolerance: float
-
-    @classmethod
-    def of(cls, hierarchy: Hierarchy, tolerance: float) -> Scale:
-        """Measure a hierarchy: the largest distance from the origin to a row's bounds."""
-        norms = np.linalg.norm(hierarchy.A, axis=1)
-        beyond = np.abs(np.clip(0.0, hierarchy.lower, hierarchy.upper))
-        far = beyond[norms > 0.0] / norms[norms > 0.0]
-        return cls(float(far.max(initial=0.0)), tolerance)
+SMALLEST = 1e-150
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +60,6 @@ class LevelProblem:
     hard: HardRows
     v: np.ndarray
     basis: np.ndarray
-    scale: Scale
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,17 +85,17 @@ class _Search:
 
     def __init__(self, problem: LevelProblem) -> None:
         self.p = problem
-        scale = problem.scale
         self.norms = np.linalg.norm(problem.A, axis=1)
         self.M = problem.A @ problem.basis
-        self.M[np.linalg.norm(self.M, axis=1) <= scale.tolerance * self.norms] = 0.0
+        self.M[np.linalg.norm(self.M, axis=1) <= DEPENDENT * self.norms] = 0.0
         self.G = problem.hard.A @ problem.basis
-        self.G[np.linalg.norm(self.G, axis=1) <= scale.tolerance] = 0.0
+        self.G[np.linalg.norm(self.G, axis=1) <= DEPENDENT] = 0.0
         self.v = problem.v
         self.equal = problem.lower == problem.upper
         self.soft = self._violated_sides()
         self.work = np.zeros(len(self.G), dtype=np.int8)
         self.multipliers, self.noise = np.zeros(len(self.G)), np.zeros(len(self.G))
+        self.w, self.rounding = np.zeros(len(self.norms)), np.zeros(len(self.norms))
         self.iterations = 0
 
     # -- the search -----------------------------------------------------------------------------
@@ -151,13 +136,17 @@ class _Search:
         return length * float(np.linalg.norm(along)), row, int(sides[row])
 
     def _direction(self) -> np.ndarray:
-        """Return the least y that reaches the optimum of the equality problem of (W, S)."""
-        held = _null_space(self.G[self.work != 0], self.p.scale.tolerance)
+        """Return the least y that reaches the optimum of the equality problem of (W, S).
+
+        Keeps the violations there, zero where all are met, and how far they are rounding.
+        """
+        held = _null_space(self.G[self.work != 0], DEPENDENT)
         S = self.soft != 0
         M = self.M[S] @ held
-        M[np.linalg.norm(M, axis=1) <= self.p.scale.tolerance * self.norms[S]] = 0.0
-        self.reached, s, right = _decompose(M, self.norms[S])
-        return -held @ (right.T @ ((self.reached.T @ self._beyond()[S]) / s))
+        M[np.linalg.norm(M, axis=1) <= DEPENDENT * self.norms[S]] = 0.0
+        y, self.w[S], self.rounding[S] = solve_rows(M, -self._beyond()[S], self.norms[S], self.size)
+        self.w[~S] = self.rounding[~S] = 0.0
+        return held @ y
 
     def _beyond(self) -> np.ndarray:
         """Return `A v - bound` [m] for the rows in S, the bound being the side they are held to."""
@@ -165,21 +154,14 @@ class _Search:
         return np.where(self.soft != 0, self.p.A @ self.v - np.where(self.soft, bound, 0.0), 0.0)
 
     def _multipliers(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the multipliers [h] of W, M^T w + G^T multipliers = 0, and their rounding.
-
-        What the optimum reached in S is rounding, however large the row: it is projected out of w,
-        and out of the rounding of w.
-        """
-        W, S = self.work != 0, self.soft != 0
+        """Return the multipliers [h] of W, M^T w + G^T multipliers = 0, and their rounding."""
+        W = self.work != 0
         multipliers, noise = np.zeros(len(self.G)), np.zeros(len(self.G))
         if W.any():
-            norms = self.norms[S]
-            project = np.eye(len(norms)) - self.reached @ self.reached.T
-            w = project @ self._beyond()[S]
-            rounding = ROUNDING * (self._size() * np.abs(project) @ norms + np.abs(w))
-            inverse = np.linalg.pinv(self.G[W].T, rcond=self.p.scale.tolerance)
-            multipliers[W] = -inverse @ (self.M[S].T @ w)
-            noise[W] = np.linalg.norm(inverse, axis=1) * float(norms @ rounding)
+            inverse = np.linalg.pinv(self.G[W].T, rcond=DEPENDENT)
+            multipliers[W] = -inverse @ (self.M.T @ self.w)
+            rounding = self.rounding + ROUNDING * np.abs(self.w)
+            noise[W] = np.linalg.norm(inverse, axis=1) * float(self.norms @ rounding)
         return multipliers, noise
 
     def _hold(self, row: int, side: int) -> None:
@@ -194,8 +176,7 @@ class _Search:
 
     def _let_go(self, bland: bool) -> bool:
         """Take rows with a wrong sign out of S and W; tell whether there were any."""
-        pull = -self._beyond() * np.where(self.equal, 0, self.soft)
-        wrong_soft = pull > self._violation_floor()
+        wrong_soft = ~self.equal & (-self.w * self.soft > self.rounding)
         push = -self.multipliers * self.work
         wrong_hard = push > self.noise
         if bland:
@@ -213,11 +194,10 @@ class _Search:
 
     # -- what counts as zero --------------------------------------------------------------------
 
-    def _size(self) -> float:
-        return max(self.p.scale.velocity, float(np.linalg.norm(self.v)))
-
-    def _violation_floor(self) -> np.ndarray:
-        return self.p.scale.tolerance * self.norms * self._size()
+    @property
+    def size(self) -> float:
+        """The size of v."""
+        return max(float(np.linalg.norm(self.v)), SMALLEST)
 
     def _violated_sides(self) -> np.ndarray:
         values = self.p.A @ self.v
@@ -229,11 +209,11 @@ class _Search:
 
     def finish(self, converged: bool) -> LevelResult:
         """Fix what the optimum fixes, and hand the other rows down as hard rows."""
-        p, floor = self.p, self._violation_floor()
-        fixed_soft = self.equal | (np.abs(self._beyond()) > floor)
+        p, floor = self.p, VIOLATED * self.norms * self.size
+        fixed_soft = self.equal | (np.abs(self.w) > np.maximum(self.rounding, floor))
         fixed_hard = np.abs(self.multipliers) > self.noise
         scaled = self.M[fixed_soft] / np.maximum(self.norms[fixed_soft], 1e-300)[:, None]
-        directions = _null_space(np.vstack([self.G[fixed_hard], scaled]), p.scale.tolerance)
+        directions = _null_space(np.vstack([self.G[fixed_hard], scaled]), DEPENDENT)
         bounded = ~fixed_soft & (np.isfinite(p.lower) | np.isfinite(p.upper))
         hard = p.hard.where(~fixed_hard)
         hard = hard.and_rows(p.A[bounded], p.lower[bounded], p.upper[bounded])
@@ -263,10 +243,3 @@ def _null_space(rows: np.ndarray, tolerance: float) -> np.ndarray:
         return np.eye(k)
     _, s, right = np.linalg.svd(rows)
     return right[int((s > tolerance).sum()) :].T
-
-
-def _decompose(M: np.ndarray, norms: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the singular vectors and values of M [m, k] above rounding of the largest row."""
-    left, s, right = np.linalg.svd(M, full_matrices=False)
-    keep = s > 100.0 * ROUNDING * float(norms.max(initial=0.0))
-    return left[:, keep], s[keep], right[keep]

@@ -5,12 +5,12 @@ A pad has no mass, so what the sensor between it and its link reads is what the 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from equipoise.contacts import (
     Contact,
@@ -22,8 +22,9 @@ from equipoise.contacts import (
 )
 from equipoise.contacts.surfaces import Cylinder, Plane, Sphere
 from equipoise.errors import InputError
-from equipoise.kinematics import Kinematics
+from equipoise.kinematics import Kinematic, Kinematics
 from equipoise.physics.mujoco.conversion import quat_wxyz
+from equipoise.physics.mujoco.names import FLOOR, in_model
 from equipoise.physics.mujoco.options import MujocoOptions
 from equipoise.physics.mujoco.robot_model import (
     BALL_BIT,
@@ -33,7 +34,6 @@ from equipoise.physics.mujoco.robot_model import (
     place,
 )
 from equipoise.robots import Robot
-from equipoise.spatial import Array
 
 SOLE_THICKNESS = 0.02  # [m]
 BALL_RADIUS = 0.02  # [m] of the pad that slides on a smooth surface
@@ -50,42 +50,40 @@ class PadSensor:
     @property
     def body(self) -> str:
         """Name of the pad's body."""
-        return f"pad_{self.frame_id}"
+        return in_model("pad", self.frame_id)
 
     @property
     def site(self) -> str:
         """Name of the site at the frame."""
-        return f"frame_{self.frame_id}"
+        return in_model("frame", self.frame_id)
 
     @property
     def force(self) -> str:
         """Name of the force sensor."""
-        return f"force_{self.frame_id}"
+        return in_model("force", self.frame_id)
 
     @property
     def torque(self) -> str:
         """Name of the torque sensor."""
-        return f"torque_{self.frame_id}"
+        return in_model("torque", self.frame_id)
 
 
-def touching_frames(contacts: ContactStack) -> tuple[int, ...]:
-    """Return the robot frames at which contacts act, each once."""
+def touching_frames(robot: Robot, contacts: ContactStack) -> tuple[int, ...]:
+    """Return the ids of the robot's frames at which contacts act, each once."""
     found: dict[int, None] = {}
     for contact in contacts.contacts:
-        for frame_id in frames_of(contact):
+        for frame_id in frames_of(robot, contact):
             found.setdefault(frame_id)
     return tuple(found)
 
 
-def frames_of(contact: Contact) -> tuple[int, ...]:
-    """Return the robot frames at which a contact acts.
+def frames_of(robot: Kinematic, contact: Contact) -> tuple[int, ...]:
+    """Return the ids of the robot's frames at which a contact acts.
 
     Raises: `InputError` for a kind of contact that MuJoCo is not given.
     """
-    if isinstance(contact, GraspContact):
-        return contact.frame_a, contact.frame_b
-    if isinstance(contact, SoleContact | SurfaceContact | MovingSurfaceContact):
-        return (contact.frame_id,)
+    if isinstance(contact, GraspContact | SoleContact | SurfaceContact | MovingSurfaceContact):
+        return tuple(dict.fromkeys(map(robot.frame_id, contact.frames)))
     raise InputError(
         f"the engine mujoco knows no contact of the kind of {contact.name!r}",
         given=type(contact).__name__,
@@ -98,7 +96,7 @@ def add_pad_bodies(
 ) -> dict[int, Any]:
     """Add a massless body with its sensors at each touching frame; return them by frame."""
     pads = {}
-    for frame_id in touching_frames(contacts):
+    for frame_id in touching_frames(robot, contacts):
         frame = robot.model.frames[frame_id]
         sensor = PadSensor(frame_id)
         pad = bodies[frame.parentJoint].add_body(name=sensor.body)
@@ -126,13 +124,20 @@ def add_pads(
     `pushing` names the surface contacts whose surface is the face of a loose object; `start` is
     the kinematics of the first state.
     """
+    robot = start.robot
     for contact in contacts.contacts:
         if isinstance(contact, SoleContact):
-            _add_sole(mujoco, pads[contact.frame_id], contact, options)
+            _add_sole(mujoco, pads[frames_of(robot, contact)[0]], contact, options)
         elif isinstance(contact, SurfaceContact) and contact.name in pushing:
-            _add_plate(mujoco, pads[contact.frame_id], contact.name, contact.offset, options)
+            add_plate(
+                mujoco,
+                pads[frames_of(robot, contact)[0]],
+                in_model("plate", contact.name),
+                contact.offset,
+                options,
+            )
         elif isinstance(contact, SurfaceContact):
-            _add_ball(mujoco, pads[contact.frame_id], contact, start, options)
+            _add_ball(mujoco, pads[frames_of(robot, contact)[0]], contact, start, options)
             _add_surface(mujoco, spec.worldbody, contact)
 
 
@@ -148,7 +153,7 @@ def _finish(mujoco: ModuleType, geom: Any, friction: float, options: MujocoOptio
 def _add_sole(mujoco: ModuleType, pad: Any, contact: SoleContact, options: MujocoOptions) -> None:
     sole = contact.sole
     geom = pad.add_geom(
-        name=contact.name,
+        name=in_model("sole", contact.name),
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[
             0.5 * (sole.x_max - sole.x_min),
@@ -166,13 +171,13 @@ def _add_sole(mujoco: ModuleType, pad: Any, contact: SoleContact, options: Mujoc
     _finish(mujoco, geom, options.sole_friction, options)
 
 
-def _add_plate(
-    mujoco: ModuleType, pad: Any, name: str, offset: Array, options: MujocoOptions
+def add_plate(
+    mujoco: ModuleType, pad: Any, name: str, offset: Iterable[float], options: MujocoOptions
 ) -> None:
     """Add a flat plate whose outer face holds the point `offset` and faces along z of the palm."""
     x, y, z = (float(value) for value in offset)
     geom = pad.add_geom(
-        name=f"plate_{name}",
+        name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=list(PLATE),
         pos=[x, y, z - PLATE[2]],
@@ -182,13 +187,6 @@ def _add_plate(
     _finish(mujoco, geom, options.hand_friction, options)
 
 
-def add_grip_plate(
-    mujoco: ModuleType, pad: Any, name: str, depth: float, options: MujocoOptions
-) -> None:
-    """Add the plate with which a palm holds an object by friction, `depth` [m] along its z."""
-    _add_plate(mujoco, pad, name, np.array([0.0, 0.0, depth]), options)
-
-
 def _add_ball(
     mujoco: ModuleType,
     pad: Any,
@@ -196,10 +194,10 @@ def _add_ball(
     start: Kinematics,
     options: MujocoOptions,
 ) -> None:
-    R = start.placement(contact.frame_id).rotation
+    R = start.placement(contact.frame).rotation
     outward = -R.T @ contact.normal(start)
     geom = pad.add_geom(
-        name=f"ball_{contact.name}",
+        name=in_model("ball", contact.name),
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
         size=[BALL_RADIUS, 0.0, 0.0],
         pos=np.asarray(contact.offset) - BALL_RADIUS * outward,
@@ -224,7 +222,7 @@ def _add_surface(mujoco: ModuleType, world: Any, contact: SurfaceContact) -> Non
             known=("Plane", "Sphere", "Cylinder"),
         )
     world.add_geom(
-        name=f"surface_{contact.name}",
+        name=in_model("surface", contact.name),
         type=kind,
         size=size,
         pos=contact.T_world_surface.translation,
@@ -256,7 +254,7 @@ def floor_height(contacts: ContactStack) -> float | None:
 def add_floor(mujoco: ModuleType, world: Any, height: float, options: MujocoOptions) -> None:
     """Add the floor plane at `height` [m]."""
     world.add_geom(
-        name="floor",
+        name=FLOOR,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[3.0, 3.0, 0.1],
         pos=[0.0, 0.0, height],
@@ -265,8 +263,3 @@ def add_floor(mujoco: ModuleType, world: Any, height: float, options: MujocoOpti
         conaffinity=LINK_BIT | 2,
         rgba=[0.86, 0.87, 0.88, 1.0],
     )
-
-
-def world_wrench(site_rotation: Array, force: Array, torque: Array) -> pin.Force:
-    """Return the wrench in world axes at the frame's origin from readings in its own axes."""
-    return pin.Force(site_rotation @ force, site_rotation @ torque)

@@ -7,10 +7,16 @@ in body axes for both.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 import pinocchio as pin
 
+from equipoise.compiled.compilation import compiled, entrance
+from equipoise.compiled.scratch import scratch
 from equipoise.spatial import Array
+from equipoise.spatial.kernels import turned, turned_back
 
 XYZW_FROM_WXYZ = np.array([1, 2, 3, 0])
 WXYZ_FROM_XYZW = np.array([3, 0, 1, 2])
@@ -22,26 +28,18 @@ class StateConversion:
     The robot's free joint stands first in MuJoCo's arrays.
     """
 
-    def __init__(self, qpos_joints: Array, dof_joints: Array) -> None:
-        self.qpos_joints = np.asarray(qpos_joints, dtype=int)
-        self.dof_joints = np.asarray(dof_joints, dtype=int)
+    def __init__(
+        self, qpos_joints: Array | Sequence[int], dof_joints: Array | Sequence[int]
+    ) -> None:
+        self.qpos_joints = np.array(qpos_joints, dtype=np.int64)
+        self.dof_joints = np.array(dof_joints, dtype=np.int64)
 
-    def q(self, qpos: Array) -> Array:
-        """Return our configuration (nq,) from MuJoCo's positions."""
-        q = np.empty(7 + len(self.qpos_joints))
-        q[:3] = qpos[:3]
-        wxyz = qpos[3:7]
-        q[3:7] = wxyz[XYZW_FROM_WXYZ] / np.linalg.norm(wxyz)
-        q[7:] = qpos[self.qpos_joints]
-        return q
-
-    def v(self, q: Array, qvel: Array) -> Array:
-        """Return our velocity (nv,) from MuJoCo's, at our configuration `q` (nq,)."""
-        v = np.empty(6 + len(self.dof_joints))
-        v[:3] = base_rotation(q).T @ qvel[:3]
-        v[3:6] = qvel[3:6]
-        v[6:] = qvel[self.dof_joints]
-        return v
+    def state(self, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+        """Return our configuration (nq,) and velocity (nv,) from MuJoCo's."""
+        na = len(self.qpos_joints)
+        q, v = np.empty(7 + na), np.empty(6 + na)
+        read_state(qpos, qvel, self.qpos_joints, self.dof_joints, q, v)
+        return q, v
 
     def write_q(self, q: Array, qpos: Array) -> None:
         """Write our configuration (nq,) into MuJoCo's positions."""
@@ -50,26 +48,56 @@ class StateConversion:
         qpos[self.qpos_joints] = q[7:]
 
     def write_v(self, q: Array, v: Array, qvel: Array) -> None:
-        """Write our velocity (nv,) into MuJoCo's."""
-        qvel[:3] = base_rotation(q) @ v[:3]
-        qvel[3:6] = v[3:6]
-        qvel[self.dof_joints] = v[6:]
-
-    def write_force(self, q: Array, force: Array, qfrc: Array) -> None:
-        """Write our generalised force (nv,) into MuJoCo's (the dual of velocities)."""
-        self.write_v(q, force, qfrc)
+        """Write our velocity (nv,), or its dual, a force, into MuJoCo's at `q` (nq,)."""
+        write_motion(np.asarray(q, dtype=float), v, self.dof_joints, qvel)
 
 
-def base_rotation(q: Array) -> Array:
-    """Return the rotation (3, 3) from base to world axes at `q` (nq,)."""
-    x, y, z, w = q[3:7]
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+@entrance
+def read_state(
+    qpos: np.ndarray,
+    qvel: np.ndarray,
+    qpos_joints: np.ndarray,
+    dof_joints: np.ndarray,
+    q: np.ndarray,
+    v: np.ndarray,
+) -> None:
+    """Write our q [nq], with a unit quaternion, and v [nv] from MuJoCo's."""
+    w, x, y, z = qpos[3], qpos[4], qpos[5], qpos[6]
+    length = math.sqrt(w * w + x * x + y * y + z * z)
+    for i in range(3):
+        q[i] = qpos[i]
+        q[3 + i] = qpos[4 + i] / length
+        v[3 + i] = qvel[3 + i]
+    q[6] = w / length
+    R = scratch(9)
+    base_axes(q, R)
+    v[0], v[1], v[2] = turned_back(R, qvel[0], qvel[1], qvel[2])
+    for i in range(qpos_joints.shape[0]):
+        q[7 + i] = qpos[qpos_joints[i]]
+        v[6 + i] = qvel[dof_joints[i]]
+
+
+@entrance
+def write_motion(
+    q: np.ndarray, motion: np.ndarray, dof_joints: np.ndarray, theirs: np.ndarray
+) -> None:
+    """Write a velocity or a generalised force [nv] at our q [nq] into MuJoCo's array of it."""
+    R = scratch(9)
+    base_axes(q, R)
+    theirs[0], theirs[1], theirs[2] = turned(R, motion[0], motion[1], motion[2])
+    for i in range(3):
+        theirs[3 + i] = motion[3 + i]
+    for i in range(dof_joints.shape[0]):
+        theirs[dof_joints[i]] = motion[6 + i]
+
+
+@compiled
+def base_axes(q: np.ndarray, R: np.ndarray) -> None:
+    """Write the rotation [9] from base to world axes at q [nq], column by column."""
+    x, y, z, w = q[3], q[4], q[5], q[6]
+    R[0], R[3], R[6] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+    R[1], R[4], R[7] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+    R[2], R[5], R[8] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
 
 
 def quat_wxyz(R: Array) -> Array:

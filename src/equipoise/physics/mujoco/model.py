@@ -10,6 +10,7 @@ from equipoise.contacts import ContactStack
 from equipoise.kinematics import Kinematics
 from equipoise.physics.mujoco.contact_pads import PadSensor, add_floor, add_pad_bodies, add_pads
 from equipoise.physics.mujoco.conversion import StateConversion
+from equipoise.physics.mujoco.names import of_joint
 from equipoise.physics.mujoco.objects import Surroundings
 from equipoise.physics.mujoco.options import MujocoOptions
 from equipoise.physics.mujoco.robot_model import add_link_shapes, add_robot
@@ -34,7 +35,8 @@ class MujocoModel:
         """Names of the robot's actuated joints, in the order of ours."""
         model = self.compiled
         names = {int(model.jnt_dofadr[j]): model.joint(j).name for j in range(model.njnt)}
-        return tuple(names[int(dof)] for dof in self.conversion.dof_joints)
+        ours = (names[int(dof)] for dof in self.conversion.dof_joints)
+        return tuple(name.removeprefix(of_joint("")) for name in ours)
 
 
 def build_model(
@@ -64,8 +66,8 @@ def build_model(
         add_floor(mujoco, spec.worldbody, surroundings.floor_height, options)
     for body in surroundings.fixed:
         add_fixed(mujoco, spec, body)
-    for thing in surroundings.loose:
-        add_loose(mujoco, spec, thing, pads, options)
+    for loose in surroundings.loose:
+        add_loose(mujoco, spec, loose, robot, pads, options)
     compiled = spec.compile()
     return MujocoModel(
         compiled, _conversion(compiled, robot), tuple(PadSensor(f) for f in pads), spec
@@ -101,5 +103,5 @@ def _add_light(mujoco: ModuleType, spec: Any) -> None:
 
 
 def _conversion(compiled: Any, robot: Robot) -> StateConversion:
-    joints = [compiled.joint(name).id for name in robot.joint_names]
+    joints = [compiled.joint(of_joint(name)).id for name in robot.joint_names]
     return StateConversion(compiled.jnt_qposadr[joints], compiled.jnt_dofadr[joints])

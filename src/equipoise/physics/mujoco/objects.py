@@ -28,7 +28,7 @@ class LooseObject:
     mass: float
     friction: float
     T_world_start: pin.SE3
-    handles: tuple[tuple[int, pin.SE3], ...] = ()
+    handles: tuple[tuple[str | int, pin.SE3], ...] = ()
     grip: Grip = "rigid"
     payloads: tuple[tuple[float, tuple[float, float, float]], ...] = ()
     viscosity: float = 0.0

@@ -10,11 +10,11 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.physics.mujoco.conversion import quat_wxyz
+from equipoise.physics.mujoco.names import BASE, in_model, of_joint
 from equipoise.physics.mujoco.options import MujocoOptions
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
-BASE = "base"
 WORLD_BIT, OBJECT_BIT, LINK_BIT, SURFACE_BIT, BALL_BIT = 1, 2, 4, 8, 16
 
 
@@ -36,7 +36,7 @@ def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOption
 
 
 def _body_name(robot: Robot, joint: int) -> str:
-    return BASE if joint == 1 else f"after_{robot.model.names[joint]}"
+    return BASE if joint == 1 else of_joint(robot.model.names[joint])
 
 
 def joint_axes(robot: Robot) -> dict[int, Array]:
@@ -57,7 +57,7 @@ def _add_joint(
     turning = bool(np.abs(axis[3:]).max() > 0.5)
     i = robot.model.idx_vs[joint] - 6
     added = body.add_joint(
-        name=robot.model.names[joint],
+        name=of_joint(robot.model.names[joint]),
         type=mujoco.mjtJoint.mjJNT_HINGE if turning else mujoco.mjtJoint.mjJNT_SLIDE,
         axis=axis[3:] if turning else axis[:3],
         frictionloss=options.joint_friction,
@@ -79,10 +79,10 @@ def _like(present: Any, value: float) -> Any:
     return coefficients
 
 
-def place(thing: Any, T: pin.SE3) -> None:
+def place(element: Any, T: pin.SE3) -> None:
     """Put a body, geom or site at `T` in its parent."""
-    thing.pos = T.translation
-    thing.quat = quat_wxyz(T.rotation)
+    element.pos = T.translation
+    element.quat = quat_wxyz(T.rotation)
 
 
 def set_inertia(body: Any, inertia: pin.Inertia) -> None:
@@ -102,7 +102,7 @@ def add_link_shapes(
 ) -> None:
     """Add the collision shapes of the links; those of `touchless` joints are only seen."""
     for k, shape in enumerate(robot.collision_model.geometryObjects):
-        geom = _shape(mujoco, spec, bodies[shape.parentJoint], f"link_{k}", shape)
+        geom = _shape(mujoco, spec, bodies[shape.parentJoint], in_model("link", k), shape)
         if geom is None:
             continue
         place_after_mesh(geom, shape)

@@ -10,7 +10,6 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import EquipoiseError
-from equipoise.physics.mujoco.conversion import quat_wxyz
 from equipoise.physics.mujoco.engine import MujocoEngine
 from equipoise.spatial import Array
 
@@ -48,9 +47,7 @@ class MujocoView:
         simulated, compiled = self._engine.simulated, self._engine.model.compiled
         self._engine.model.conversion.write_q(q, simulated.qpos)
         for name, T in objects.items():
-            adr = int(compiled.joint(name).qposadr[0])
-            simulated.qpos[adr : adr + 3] = T.translation
-            simulated.qpos[adr + 3 : adr + 7] = quat_wxyz(T.rotation)
+            self._engine.objects.put(name, T)
         self._mujoco.mj_kinematics(compiled, simulated)
         self._mujoco.mj_camlight(compiled, simulated)
         self._camera.lookat[:] = np.array([q[0] + 0.15, q[1], 0.75])

@@ -10,8 +10,9 @@ import pinocchio as pin
 
 from equipoise.collision.scene import Body, Shape
 from equipoise.errors import InputError
-from equipoise.physics.mujoco.contact_pads import add_grip_plate
+from equipoise.physics.mujoco.contact_pads import PadSensor, add_plate
 from equipoise.physics.mujoco.conversion import quat_wxyz
+from equipoise.physics.mujoco.names import in_model, of_object
 from equipoise.physics.mujoco.objects import LooseObject
 from equipoise.physics.mujoco.options import MujocoOptions
 from equipoise.physics.mujoco.robot_model import (
@@ -21,49 +22,56 @@ from equipoise.physics.mujoco.robot_model import (
     place,
     set_inertia,
 )
+from equipoise.robots import Robot
 
 
 def add_fixed(mujoco: ModuleType, spec: Any, body: Body) -> None:
     """Add a body that never moves."""
     for k, shape in enumerate(body.shapes):
-        geom = _add_shape(mujoco, spec.worldbody, f"{body.name}_{k}", shape)
+        geom = _add_shape(mujoco, spec.worldbody, in_model("fixed", body.name, k), shape)
         place(geom, body.T_parent_body * shape.T_body_shape)
         geom.contype, geom.conaffinity = WORLD_BIT, LINK_BIT | OBJECT_BIT
 
 
 def add_loose(
-    mujoco: ModuleType, spec: Any, thing: LooseObject, pads: dict[int, Any], options: MujocoOptions
+    mujoco: ModuleType,
+    spec: Any,
+    loose: LooseObject,
+    robot: Robot,
+    pads: dict[int, Any],
+    options: MujocoOptions,
 ) -> None:
     """Add a free body, and what holds it."""
-    if not thing.mass > 0.0:
-        raise InputError(f"the loose object {thing.name!r} needs a mass", given=thing.mass)
-    body = spec.worldbody.add_body(name=thing.name)
-    place(body, thing.T_world_start)
-    body.add_freejoint(name=thing.name)
-    set_inertia(body, inertia_of(thing))
-    for k, shape in enumerate(thing.body.shapes):
-        geom = _add_shape(mujoco, body, f"{thing.name}_{k}", shape)
+    if not loose.mass > 0.0:
+        raise InputError(f"the loose object {loose.name!r} needs a mass", given=loose.mass)
+    body = spec.worldbody.add_body(name=of_object(loose.name))
+    place(body, loose.T_world_start)
+    body.add_freejoint(name=of_object(loose.name))
+    set_inertia(body, inertia_of(loose))
+    for k, shape in enumerate(loose.body.shapes):
+        geom = _add_shape(mujoco, body, in_model("object", loose.name, k), shape)
         place(geom, shape.T_body_shape)
         geom.contype, geom.conaffinity = OBJECT_BIT, WORLD_BIT | OBJECT_BIT | LINK_BIT
-        geom.friction = [thing.friction, 0.0, 0.0]
+        geom.friction = [loose.friction, 0.0, 0.0]
         geom.priority = 1
-    for frame_id, T_object_frame in thing.handles:
+    for k, (frame, T_object_frame) in enumerate(loose.handles):
+        frame_id = robot.frame_id(frame)
         pad = pads[frame_id]
-        _weld(mujoco, spec, thing, pad, T_object_frame, options)
-        if thing.grip == "rigid":
-            spec.add_exclude(bodyname1=thing.name, bodyname2=pad.name)
+        _weld(mujoco, spec, weld_name(loose.name, k), loose, frame_id, T_object_frame, options)
+        if loose.grip == "rigid":
+            spec.add_exclude(bodyname1=body.name, bodyname2=PadSensor(frame_id).body)
         else:
-            add_grip_plate(mujoco, pad, f"{thing.name}_{frame_id}", 0.0, options)
+            add_plate(mujoco, pad, in_model("grip", loose.name, frame_id), np.zeros(3), options)
 
 
-def inertia_of(thing: LooseObject) -> pin.Inertia:
+def inertia_of(loose: LooseObject) -> pin.Inertia:
     """Return mass and inertia of an object: its mass spread evenly over its shapes, plus loads."""
-    volumes = [_volume(shape) for shape in thing.body.shapes]
+    volumes = [_volume(shape) for shape in loose.body.shapes]
     total = pin.Inertia.Zero()
-    for shape, volume in zip(thing.body.shapes, volumes, strict=True):
-        mass = thing.mass * volume / sum(volumes)
+    for shape, volume in zip(loose.body.shapes, volumes, strict=True):
+        mass = loose.mass * volume / sum(volumes)
         total += shape.T_body_shape.act(_solid(shape, mass))
-    for mass, point in thing.payloads:
+    for mass, point in loose.payloads:
         total += pin.Inertia(mass, np.array(point), np.zeros((3, 3)))
     return total
 
@@ -97,18 +105,19 @@ def _add_shape(mujoco: ModuleType, body: Any, name: str, shape: Shape) -> Any:
 def _weld(
     mujoco: ModuleType,
     spec: Any,
-    thing: LooseObject,
-    pad: Any,
+    name: str,
+    loose: LooseObject,
+    frame_id: int,
     T_object_frame: pin.SE3,
     options: MujocoOptions,
 ) -> None:
-    """Weld a pad to an object."""
+    """Weld the pad of a frame to an object."""
     weld = spec.add_equality(
-        name=weld_name(thing.name, pad.name),
+        name=name,
         type=mujoco.mjtEq.mjEQ_WELD,
         objtype=mujoco.mjtObj.mjOBJ_BODY,
-        name1=thing.name,
-        name2=pad.name,
+        name1=of_object(loose.name),
+        name2=PadSensor(frame_id).body,
     )
     relative = np.zeros(11)  # anchor in the second body, pose of the second in the first, scale
     relative[3:6] = T_object_frame.translation
@@ -118,6 +127,6 @@ def _weld(
     weld.data[: len(relative)] = relative
 
 
-def weld_name(thing: str, pad: str) -> str:
-    """Return the name of the weld between an object and a pad."""
-    return f"{thing}_{pad}"
+def weld_name(loose: str, handle: int) -> str:
+    """Return the name of the weld between an object and the pad that is its k-th handle."""
+    return in_model("weld", loose, handle)

@@ -48,7 +48,9 @@ def check_urdf(
 
 def _unknown_links(srdf: Path | None, robot: Robot) -> list[Finding]:
     """Warn of disabled collision pairs with a link that does not exist: they disable nothing."""
-    pairs = read_srdf(srdf).disabled_pairs if srdf else ()
+    if srdf is None:
+        return []
+    pairs = read_srdf(srdf).disabled_pairs
     unknown = sorted({link for pair in pairs for link in pair} - set(robot.frame_names))
     return [
         Finding(WARNING, f"{srdf.name}, link {link!r}", "no such link", "Correct its name")

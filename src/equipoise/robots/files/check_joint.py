@@ -91,7 +91,7 @@ def _checked_limit(report: Report, node: Node, place: str, kind: str) -> list[No
     velocity = read_positive(report, limit, place, "velocity", f"{unit}/s")
     lower = read_number(report, limit, place, "lower")
     upper = read_number(report, limit, place, "upper")
-    if None in (effort, velocity, lower, upper):
+    if effort is None or velocity is None or lower is None or upper is None:
         return []
     if lower >= upper:
         report.error(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,8 @@ from equipoise.robots.files.values import (
     warn_unknown,
 )
 
+Colours = Mapping[str, tuple[float, ...]]  # material -> red, green, blue, opacity
+
 INERTIA_KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 SHAPES = ("box", "cylinder", "sphere", "mesh")
 INERTIA_TOLERANCE = 1e-6  # relative; covers the rounding of printed numbers
@@ -34,7 +37,7 @@ class CheckedLink:
 
 
 def check_link(
-    report: Report, node: Node, name: str, *, meshes: MeshFolders, colours: dict
+    report: Report, node: Node, name: str, *, meshes: MeshFolders, colours: Colours
 ) -> CheckedLink:
     """Check a link and return a clean copy."""
     place = f"link {name!r}"
@@ -59,8 +62,9 @@ def _check_inertial(report: Report, node: Node, place: str, clean: Node) -> Chec
     if mass_node is None or inertia_node is None:
         return CheckedLink(clean)
     mass = read_number(report, mass_node, place, "value")
-    terms = [read_number(report, inertia_node, place, key) for key in INERTIA_KEYS]
-    if mass is None or None in terms:
+    read = [read_number(report, inertia_node, place, key) for key in INERTIA_KEYS]
+    terms = [term for term in read if term is not None]
+    if mass is None or len(terms) < len(read):
         return CheckedLink(clean)
     if mass == 0.0 and not any(terms):
         report.warning(node, place, "an <inertial> without mass", remedy="Leave it out")
@@ -83,7 +87,7 @@ def _check_inertial(report: Report, node: Node, place: str, clean: Node) -> Chec
     return CheckedLink(clean, mass, smallest > 0.0)
 
 
-def _checked_inertia(report: Report, node: Node, place: str, terms: list[float]) -> float:
+def _checked_inertia(report: Report, node: Node, place: str, terms: Sequence[float]) -> float:
     """Check that some body has this inertia about its centre of mass; return the least moment.
 
     A least moment of zero belongs to a thin rod or a point: a link may have it only beside other
@@ -112,7 +116,7 @@ def _checked_inertia(report: Report, node: Node, place: str, terms: list[float])
 
 
 def _check_shape(
-    report: Report, node: Node, place: str, clean: Node, meshes: MeshFolders, colours: dict
+    report: Report, node: Node, place: str, clean: Node, meshes: MeshFolders, colours: Colours
 ) -> None:
     """Check a <visual> or <collision> and append a clean copy."""
     known = ("origin", "geometry", *(("material",) if node.tag == "visual" else ()))
@@ -160,9 +164,7 @@ def _checked_primitive(report: Report, node: Node, place: str, meshes: MeshFolde
     return None if None in values.values() else element(node.tag, **values)
 
 
-def _colour(
-    report: Report, node: Node, place: str, colours: dict[str, tuple[float, ...]]
-) -> tuple[float, ...] | None:
+def _colour(report: Report, node: Node, place: str, colours: Colours) -> tuple[float, ...] | None:
     material = only_child(report, node, place, "material")
     if material is None:
         return None

@@ -63,10 +63,10 @@ def _named(report: Report, tree: Node, tag: str) -> dict[str, Node]:
             )
         if name in RESERVED:
             report.error(node, f"{tag} {name!r}", "the name is reserved", remedy="Rename it")
-    counts = Counter(node.get("name") for node in nodes)
+    counts = Counter(node.get("name", "") for node in nodes)
     for node in nodes:
-        if counts.pop(node.get("name"), 0) > 1:
-            name = node.get("name")
+        name = node.get("name", "")
+        if counts.pop(name, 0) > 1:
             report.error(node, f"{tag} {name!r}", "the name is given twice", remedy="Rename one")
     if tag == "link" and not nodes:
         report.error(tree, "robot", "there is no link")

@@ -5,7 +5,9 @@ The tree that was checked is the one Pinocchio is later given, so what is checke
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 from xml.parsers import expat
 
@@ -16,9 +18,18 @@ MAX_NESTING = 64
 
 
 class Node(ElementTree.Element):
-    """An XML element that remembers the line it began on."""
+    """An XML element that remembers the line it began on; its children are such elements."""
 
     line: int | None = None
+
+    if TYPE_CHECKING:
+
+        def find(self, path: str, namespaces: dict[str, str] | None = None) -> Node | None: ...
+        def findall(  # type: ignore[override]
+            self, path: str, namespaces: dict[str, str] | None = None
+        ) -> list[Node]: ...
+        def iter(self, tag: str | None = None) -> Iterator[Node]: ...  # type: ignore[override]
+        def __iter__(self) -> Iterator[Node]: ...
 
 
 def read_description(path: Path) -> Node:
@@ -41,7 +52,7 @@ def parse(content: bytes, path: Path) -> Node:
     Raises: RobotFileError.
     """
     parser = expat.ParserCreate()
-    builder = ElementTree.TreeBuilder(element_factory=Node)
+    builder: Any = ElementTree.TreeBuilder(element_factory=Node)  # what it builds are Nodes
     depth = 0
 
     def start(tag: str, attributes: dict[str, str]) -> None:
@@ -68,7 +79,8 @@ def parse(content: bytes, path: Path) -> Node:
     parser.StartDoctypeDeclHandler = refuse_doctype
     try:
         parser.Parse(content, True)
-        return builder.close()
+        root: Node = builder.close()
+        return root
     except expat.ExpatError as error:
         raise RobotFileError(
             f"{path}, line {error.lineno}: not well-formed XML: {expat.ErrorString(error.code)}"

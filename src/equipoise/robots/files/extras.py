@@ -119,13 +119,13 @@ def _only_section(annotation: Any) -> Any:
     return next(iter([*sections, *containers]), annotation)
 
 
-def _line_of(tree: object, location: tuple[int | str, ...]) -> int:
-    """Return the line (from 1) of the deepest key on the way to a location."""
+def _line_of(tree: Any, location: tuple[int | str, ...]) -> int:
+    """Return the line (from 1) of the deepest key that leads to a location."""
     line = tree.lc.line + 1 if hasattr(tree, "lc") else 1
     for part in location:
         try:
-            place = tree.lc.key(part) if isinstance(tree, dict) else tree.lc.item(part)
-            line = place[0] + 1
+            find = tree.lc.key if hasattr(tree, "keys") else tree.lc.item
+            line = find(part)[0] + 1
             tree = tree[part]
         except (AttributeError, KeyError, IndexError, TypeError):
             break

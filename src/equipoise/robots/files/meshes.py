@@ -31,7 +31,7 @@ class MeshFolders:
         if path is None:
             report.error(node, place, problem, given=given, remedy=remedy)
             return None
-        scale = (1.0, 1.0, 1.0)
+        scale: tuple[float, ...] = (1.0, 1.0, 1.0)
         if node.get("scale") is not None:
             read = read_numbers(report, node, place, "scale", 3)
             if read is None or 0.0 in read:

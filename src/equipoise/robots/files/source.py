@@ -48,14 +48,15 @@ def find_source(
     What is not given is looked for beside `path` under the same stem.
     Raises: RobotFileError.
     """
-    place = _in_folder(Path(path))
-    if place.suffix.lower() in YAML:
-        extras = read_extras(place)
-        return Source(urdf_of(place, extras), place, companion(place, srdf_path, ".srdf"), extras)
-    yaml = companion(place, extras_path, ".yaml")
+    main_file = _in_folder(Path(path))
+    if main_file.suffix.lower() in YAML:
+        extras = read_extras(main_file)
+        srdf = companion(main_file, srdf_path, ".srdf")
+        return Source(urdf_of(main_file, extras), main_file, srdf, extras)
+    yaml = companion(main_file, extras_path, ".yaml")
     extras = read_extras(yaml) if yaml else Extras()
-    srdf = companion(place, srdf_path, ".srdf")
-    return Source(place, yaml or place.with_suffix(".yaml"), srdf, extras)
+    srdf = companion(main_file, srdf_path, ".srdf")
+    return Source(main_file, yaml or main_file.with_suffix(".yaml"), srdf, extras)
 
 
 def urdf_of(yaml: Path, extras: Extras) -> Path:
@@ -95,8 +96,8 @@ def file_of_package(source: SourceEntry) -> Path:
     )
 
 
-def companion(place: Path, given: str | Path | None, suffix: str) -> Path | None:
-    """Return the given path, or the file of the same stem beside `place`, or None."""
+def companion(main_file: Path, given: str | Path | None, suffix: str) -> Path | None:
+    """Return the given path, or the file of the same stem beside `main_file`, or None."""
     if given is not None:
         path = Path(given)
         if not path.is_file():
@@ -104,7 +105,7 @@ def companion(place: Path, given: str | Path | None, suffix: str) -> Path | None
                 f"There is no file {path}", remedy=f"Give the {suffix} file's path"
             )
         return path
-    sibling = place.with_suffix(suffix)
+    sibling = main_file.with_suffix(suffix)
     return sibling if sibling.is_file() else None
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pinocchio as pin
 
@@ -9,6 +11,8 @@ from equipoise.errors import NameNotFoundError, RobotFileError
 from equipoise.robots.files.description import Node
 from equipoise.robots.files.extras_schema import CapsuleEntry, Extras, InertialEntry, ShapeEntry
 from equipoise.robots.files.values import element
+
+Triple = tuple[float, float, float]
 
 SHADES = {
     "light": (0.72, 0.74, 0.77, 1.0),
@@ -26,11 +30,11 @@ def supplement(tree: Node, extras: Extras) -> Node:
     """
     links = {node.get("name", ""): node for node in tree.findall("link")}
     joints = {node.get("name", ""): node for node in tree.findall("joint")}
-    for name, entry in extras.limits.items():
+    for name, limits in extras.limits.items():
         limit = _only(_named("joint", "limits", name, joints), "limit")
-        limit.attrib.update(_numbers(entry.model_dump(exclude_none=True)))
-    for name, entry in extras.inertials.items():
-        _correct_inertial(_named("link", "inertials", name, links), entry)
+        limit.attrib.update(_numbers(limits.model_dump(exclude_none=True)))
+    for name, inertial in extras.inertials.items():
+        _correct_inertial(_named("link", "inertials", name, links), inertial)
     for name, value in extras.locked.items():
         _lock(_named("joint", "locked", name, joints), value)
     for frame in extras.frames:
@@ -39,7 +43,9 @@ def supplement(tree: Node, extras: Extras) -> Node:
     known = set(links) | {frame.name for frame in extras.frames}
     for palm in extras.palms:
         if palm.skin > 0.0 and palm.frame in known:  # an unknown frame is refused later
-            _add_frame(tree, f"{palm.name}_skin", palm.frame, (0.0, 0.0, palm.skin), (0.0,) * 3)
+            _add_frame(
+                tree, f"{palm.name}_skin", palm.frame, (0.0, 0.0, palm.skin), (0.0, 0.0, 0.0)
+            )
     if extras.shapes is not None:
         for name in extras.shapes:
             _named("link", "shapes", name, links)
@@ -105,10 +111,12 @@ def _lock(joint: Node, value: float) -> None:
     joint.set("type", "fixed")
 
 
-def _vector(node: Node | None, key: str, default: tuple[float, float, float]) -> np.ndarray:
+def _vector(node: Node | None, key: str, default: Triple) -> np.ndarray:
     text = node.get(key) if node is not None else None
+    if node is None or text is None:
+        return np.array(default)
     try:
-        values = np.array(default if text is None else [float(x) for x in text.split()])
+        values = np.array([float(x) for x in text.split()])
     except ValueError:
         values = np.full(3, np.nan)
     if values.shape != (3,) or not np.isfinite(values).all():
@@ -121,11 +129,11 @@ def _placed(T: pin.SE3) -> dict[str, str]:
     return {"xyz": _spaced(T.translation), "rpy": _spaced(rpy)}
 
 
-def _spaced(values: object) -> str:
+def _spaced(values: Iterable[float]) -> str:
     return " ".join(repr(float(x)) for x in values)
 
 
-def _add_frame(tree: Node, name: str, link: str, xyz: tuple, rpy: tuple) -> None:
+def _add_frame(tree: Node, name: str, link: str, xyz: Triple, rpy: Triple) -> None:
     """Append a link without mass that is fixed to another."""
     tree.append(element("link", name=name))
     joint = element("joint", name=f"{name}_fixed", type="fixed")

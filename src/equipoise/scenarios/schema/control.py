@@ -40,7 +40,9 @@ class GainsSpec(Section):
 
 
 class ControlSpec(Section):
-    """Control period, hierarchy solver, gains, and how the robot is found.
+    """Control period, controller, hierarchy solver, gains, and how the robot is found.
+
+    `kind` of the controller: `passivity` is the paper's law; a program may register others.
 
     `distribution` of the base wrench over the soles: `least` cost, or `bounded` so that the floor
     can give the predicted reaction (pressing, in the cones, pressure inside the soles).
@@ -55,6 +57,7 @@ class ControlSpec(Section):
     """
 
     period: Annotated[float, Field(gt=0.0, le=0.02)] = 0.001
+    kind: str = "passivity"
     solver: Literal["active_set", "cascade", "daqp"] = "active_set"
     contact_rate: Positive = 10.0
     start: Literal["released", "standing"] = "released"

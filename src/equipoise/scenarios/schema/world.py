@@ -41,7 +41,7 @@ def require_increasing(waypoints: list[WaypointSpec]) -> None:
 
 
 class HeldObject(Section):
-    """A rigid object in the hands, and its way through the world.
+    """A rigid object in the hands, and its path through the world.
 
     `handles`: where each palm frame holds it, in the axes of the object. The shapes are attached
     to the first handle. The engine rigid takes it as massless; in the engine mujoco it is a free
@@ -64,7 +64,7 @@ class HeldObject(Section):
 
 
 class TravelSpec(Section):
-    """A minimum-jerk way of `distance` between two times, from rest to rest."""
+    """A minimum-jerk travel of `distance` between two times, from rest to rest."""
 
     start: NotNegative
     end: NotNegative
@@ -83,7 +83,7 @@ class SliderSpec(Section):
     It moves along `direction` (a unit vector of the world) when a hand pushes its `face` with more
     than `friction * mass * 9.81`; every further newton gives 1/`viscosity` [N s/m] of speed.
     `face` [m]: how far behind its origin, against the direction, the pushed face lies. `travel`
-    is the way it is wanted to go.
+    is how it is wanted to move.
     """
 
     at: Pose

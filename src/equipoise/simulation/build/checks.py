@@ -6,14 +6,13 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from equipoise.collision.scene import Body
 from equipoise.contacts import ContactStack
 from equipoise.errors import ScenarioError
-from equipoise.kinematics import KinematicsEvaluator
 from equipoise.scenarios import schema
-from equipoise.simulation.build.setup import Setup
 from equipoise.scenarios.lookup import to_pose
+from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
-from equipoise.collision.scene import Body
 
 
 def check_waypoints(scenario: schema.Scenario, setup: Setup) -> None:
@@ -41,7 +40,7 @@ def check_contacts(setup: Setup, q: Array, reference: ContactStack) -> None:
 
     Raises: `ScenarioError` naming the contact.
     """
-    kin = KinematicsEvaluator(setup.robot).at(q, np.zeros(setup.robot.nv))
+    kin = setup.robot.at(q)
     culprits = reference.contradictions(kin, tolerance=1e-4)
     if culprits:
         raise ScenarioError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 import pinocchio as pin
@@ -20,8 +21,18 @@ from equipoise.errors import NameNotFoundError
 from equipoise.kinematics import Kinematics
 from equipoise.robots import Robot
 from equipoise.scenarios import schema
-from equipoise.scenarios.lookup import at_path, frame_of, to_pose
-from equipoise.tasks import PoseTrajectory, TravelTrajectory
+from equipoise.scenarios.lookup import at_path, frame_of, to_pose, to_vector
+from equipoise.trajectories import PoseTrajectory, TravelTrajectory
+
+
+class _Given(TypedDict):
+    """What a pushing hand's contact is told, whether its face stands or moves."""
+
+    name: str
+    regulated: tuple[str, ...]
+    frame: str
+    surface: Surface
+    offset: tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -64,8 +75,8 @@ class ContactMaker:
             return GraspContact(
                 name=name,
                 regulated=tuple(spec.regulated),
-                frame_a=self.robot.frame_id(first),
-                frame_b=self.robot.frame_id(second),
+                frame_a=first,
+                frame_b=second,
                 T_a_b=T_first.actInv(T_second),
             )
         except NameNotFoundError as error:
@@ -75,10 +86,10 @@ class ContactMaker:
         return SurfaceContact(
             name=name,
             regulated=("fn",),
-            frame_id=frame_of(self.robot, spec.frame, f"contacts.{name}.frame"),
+            frame=frame_of(self.robot, spec.frame, f"contacts.{name}.frame"),
             surface=_surface_of(spec.surface),
             T_world_surface=to_pose(spec.surface.at),
-            offset=tuple(spec.offset),
+            offset=to_vector(spec.offset),
         )
 
     def _push(self, name: str, spec: schema.PushContactSpec, wanted: bool) -> Contact:
@@ -86,22 +97,22 @@ class ContactMaker:
         if spec.slider not in sliders:
             error = NameNotFoundError("slider", spec.slider, sliders)
             raise at_path(error, f"contacts.{name}.slider")
-        frame_id = frame_of(self.robot, spec.hand, f"contacts.{name}.hand")
+        frame = frame_of(self.robot, spec.hand, f"contacts.{name}.hand")
         T_world_face = _face(sliders[spec.slider])
-        common = {
+        given: _Given = {
             "name": name,
             "regulated": ("fn",),
-            "frame_id": frame_id,
+            "frame": frame,
             "surface": Plane(),
-            "offset": tuple(spec.offset),
+            "offset": to_vector(spec.offset),
         }
         if not wanted:
-            return SurfaceContact(T_world_surface=T_world_face, **common)
+            return SurfaceContact(T_world_surface=T_world_face, **given)
         target = self.targets[spec.slider]
         assert isinstance(target, TravelTrajectory)
-        direction = tuple(sliders[spec.slider].direction)
+        direction = to_vector(sliders[spec.slider].direction)
         motion = StraightMotion(T_world_face, direction, target.travel)
-        return MovingSurfaceContact(motion=motion, **common)
+        return MovingSurfaceContact(motion=motion, **given)
 
 
 def _surface_of(spec: schema.SurfaceSpec) -> Surface:

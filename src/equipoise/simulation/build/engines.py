@@ -6,20 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from equipoise.kinematics import KinematicsEvaluator
-from equipoise.physics import RigidContactEngine
+from equipoise.physics import PhysicsEngine, RigidContactEngine, RigidOptions
 from equipoise.scenarios import schema
+from equipoise.scenarios.lookup import to_vector
+from equipoise.simulation.build.plant import plant_objects, plant_robot
 from equipoise.simulation.build.setup import Setup
-from equipoise.simulation.build.plant import plant_robot, plant_objects
 from equipoise.spatial import Array
 
 if TYPE_CHECKING:
     from equipoise.physics.mujoco import LooseObject, MujocoEngine, Surroundings
 
 
-def make_engine(
-    scenario: schema.Scenario, setup: Setup, q_start: Array
-) -> RigidContactEngine | MujocoEngine:
+def make_engine(scenario: schema.Scenario, setup: Setup, q_start: Array) -> PhysicsEngine:
     """Return the engine at rest at `q_start` (nq,).
 
     Raises: `InputError` if the engine is not installed or cannot be given the world.
@@ -32,11 +30,13 @@ def make_engine(
         setup.contacts,
         q_start,
         scenario.control.period,
-        substeps=physics.substeps,
-        position_gain=physics.position_gain,
-        velocity_gain=physics.velocity_gain,
-        joint_damping=physics.joint_damping,
-        sliders=plant_objects(scenario),
+        options=RigidOptions(
+            substeps=physics.substeps,
+            position_gain=physics.position_gain,
+            velocity_gain=physics.velocity_gain,
+            joint_damping=physics.joint_damping,
+        ),
+        pushed=plant_objects(scenario),
     )
 
 
@@ -45,8 +45,9 @@ def _mujoco(scenario: schema.Scenario, setup: Setup, q_start: Array) -> MujocoEn
 
     pushed = {}
     for slider in plant_objects(scenario):
-        name = scenario.contacts[slider.contact].slider
-        pushed[slider] = (name, setup.sliders[name])
+        spec = scenario.contacts[slider.contact]
+        assert isinstance(spec, schema.PushContactSpec)
+        pushed[slider] = (spec.slider, setup.sliders[spec.slider])
     return MujocoEngine(
         plant_robot(scenario, setup),
         setup.contacts,
@@ -85,17 +86,15 @@ def _held(scenario: schema.Scenario, setup: Setup, q_start: Array, name: str) ->
 
     spec = scenario.world.objects[name]
     body = next(body for body in setup.scene.bodies if body.name == name)
-    kin = KinematicsEvaluator(setup.robot).at(q_start, np.zeros(setup.robot.nv))
-    first = setup.robot.frame_id(next(iter(spec.handles)))
-    T_world_start = kin.placement(first) * setup.handles[name, next(iter(spec.handles))].inverse()
+    kin = setup.robot.at(q_start)
+    first = next(iter(spec.handles))
+    T_world_start = kin.placement(first) * setup.handles[name, first].inverse()
     return LooseObject(
         body,
         spec.mass,
         spec.friction,
         T_world_start,
-        handles=tuple(
-            (setup.robot.frame_id(hand), setup.handles[name, hand]) for hand in spec.handles
-        ),
+        handles=tuple((hand, setup.handles[name, hand]) for hand in spec.handles),
         grip=spec.grip,
         release=min(
             (
@@ -108,7 +107,7 @@ def _held(scenario: schema.Scenario, setup: Setup, q_start: Array, name: str) ->
             default=np.inf,
         ),
         payloads=tuple(
-            (load.mass, tuple(load.at))
+            (load.mass, to_vector(load.at))
             for load in scenario.disturbances.payloads
             if load.object == name
         ),

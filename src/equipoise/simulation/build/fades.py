@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 from equipoise.contacts import ContactSchedule
-from equipoise.hqp import make_solver
-from equipoise.motion import Fading, FadingGenerator, MotionGenerator
 from equipoise.scenarios import schema
 from equipoise.simulation.build.setup import Setup
-from equipoise.spatial import Array
-from equipoise.tasks import ContactTask, Fade, Task
+from equipoise.tasks import ContactTask, Task
+from equipoise.trajectories import Fade
 
 
 def build_fades(scenario: schema.Scenario) -> dict[str, Fade]:
@@ -49,17 +46,6 @@ def contact_tasks(scenario: schema.Scenario, setup: Setup) -> list[Task]:
             alone = ContactSchedule([contact], {})
             tasks.append(ContactTask(_rows_of(contact.name), alone, rate=rate))
     return tasks
-
-
-def make_generator(
-    scenario: schema.Scenario, setup: Setup, levels: list[list[Task]], q_start: Array
-) -> MotionGenerator | FadingGenerator:
-    """Return what turns the levels into the reference, from `q_start` (nq,) on."""
-    fades, period = build_fades(scenario), scenario.control.period
-    new_solver = partial(make_solver, scenario.control.solver)
-    if not fades:
-        return MotionGenerator(setup.robot, levels, new_solver(), period, q_start)
-    return FadingGenerator(setup.robot, Fading(levels, fades, new_solver), period, q_start)
 
 
 def _ramped(scenario: schema.Scenario) -> dict[str, schema.PushContactSpec]:

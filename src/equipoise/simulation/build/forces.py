@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from equipoise.control import Profile
 from equipoise.scenarios import schema
-from equipoise.simulation.build.setup import Setup
+from equipoise.simulation.build.setup import travel_of
+from equipoise.trajectories import Profile, PushingForce, ScalarTrajectory
 
 
-def wanted_forces(
-    scenario: schema.Scenario, setup: Setup
-) -> dict[str, list[Callable[[float], float]]]:
+def wanted_forces(scenario: schema.Scenario) -> dict[str, list[ScalarTrajectory]]:
     """Return by contact the wanted multiplier of each regulated row as a function of time."""
-    wanted: dict[str, list[Callable[[float], float]]] = {}
+    wanted: dict[str, list[ScalarTrajectory]] = {}
     for name, spec in scenario.contacts.items():
         if isinstance(spec, schema.GraspContactSpec):
-            wanted[name] = [Profile.of(p.times, p.values).at for p in spec.regulated.values()]
+            wanted[name] = [Profile.of(p.times, p.values) for p in spec.regulated.values()]
         elif isinstance(spec, schema.SurfaceContactSpec):
-            wanted[name] = [Profile.of(spec.force.times, spec.force.values).at]
+            wanted[name] = [Profile.of(spec.force.times, spec.force.values)]
         elif isinstance(spec, schema.PushContactSpec):
-            wanted[name] = [_pushing_force(spec, scenario, setup)]
+            wanted[name] = [_pushing_force(spec, scenario)]
         else:
             wanted[name] = []
     return wanted
 
 
-def _pushing_force(
-    spec: schema.PushContactSpec, scenario: schema.Scenario, setup: Setup
-) -> Callable[[float], float]:
-    profile = Profile.of(spec.force.times, spec.force.values)
-    slider, target = scenario.world.sliders[spec.slider], setup.targets[spec.slider]
-    return lambda t: profile.at(t) + slider.viscosity * target.travel(t)[1]
+def _pushing_force(spec: schema.PushContactSpec, scenario: schema.Scenario) -> PushingForce:
+    slider = scenario.world.sliders[spec.slider]
+    force = Profile.of(spec.force.times, spec.force.values)
+    return PushingForce(force, slider.viscosity, travel_of(slider))

@@ -12,12 +12,11 @@ def gains_of(scenario: schema.Scenario) -> schema.GainsSpec:
     if scenario.physics.engine != "mujoco" or control.soft_floor_delay == 0.0:
         return control.gains
     soft = advise_for_soft_floor(control.soft_floor_delay, control.period, control.gains.k_ip)
-    layer = {"kind": "saturation", "layer": soft.layer}
     return control.gains.model_copy(
         update={
             "kappa": soft.kappa,
             "alpha": soft.alpha,
-            "sgn_p": schema.SignSpec(**layer),
+            "sgn_p": schema.SignSpec(kind="saturation", layer=soft.layer),
             "damp_violation": True,
         }
     )

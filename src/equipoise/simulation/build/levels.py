@@ -6,27 +6,28 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
+import pinocchio as pin
 
 from equipoise.errors import InputError, NameNotFoundError, ScenarioError
-from equipoise.kinematics import KinematicsEvaluator
 from equipoise.scenarios import schema
+from equipoise.scenarios.lookup import at_path, frame_of
 from equipoise.simulation.build.fades import build_fades, contact_tasks
 from equipoise.simulation.build.setup import Setup, check_handle, check_target, to_waypoints
-from equipoise.scenarios.lookup import at_path, frame_of
 from equipoise.spatial import pose
 from equipoise.tasks import (
-    AttachedTrajectory,
     AvoidanceTask,
     ComPolygonTask,
     ContactTask,
-    FixedPose,
     FramePoseTask,
     GazeTask,
     JointLimitsTask,
-    PoseTrajectory,
     PostureTask,
     Task,
+)
+from equipoise.trajectories import (
+    AttachedTrajectory,
+    FixedPose,
+    PoseTrajectory,
     TravelTrajectory,
     Waypoint,
     WaypointTrajectory,
@@ -51,7 +52,7 @@ def build_start_levels(
     without avoidance. With it (and the contacts of time 0) the posture then only has to settle.
     Tasks that come later are left out.
     """
-    tasks = {}
+    tasks: dict[str, Task] = {}
     fades = build_fades(scenario)
     for name, spec in _enabled(scenario):
         if isinstance(spec, schema.AvoidanceSpec) and not with_avoidance:
@@ -59,7 +60,9 @@ def build_start_levels(
         if name in fades and fades[name].weight(0.0) == 0.0:
             continue
         if isinstance(spec, schema.HandOnObjectSpec | schema.FramePathSpec):
-            tasks[name] = _approach(_build(name, spec, scenario, setup), setup)
+            followed = _build(name, spec, scenario, setup)
+            assert isinstance(followed, FramePoseTask)
+            tasks[name] = _approach(followed, setup)
         else:
             tasks[name] = _build(name, spec, scenario, setup)
     held = setup.reference_schedule.at(0.0) if with_avoidance else setup.soles
@@ -88,10 +91,8 @@ def _build(name: str, spec: Any, scenario: schema.Scenario, setup: Setup) -> Tas
 def _hold_frame(
     name: str, spec: schema.HoldFrameSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
-    frame_id = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
-    return FramePoseTask(
-        name, frame_id, FixedPose(_at_half_sitting(setup, frame_id)), rate=spec.rate
-    )
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    return FramePoseTask(name, frame, FixedPose(_at_half_sitting(setup, frame)), rate=spec.rate)
 
 
 def _hand_on_object(
@@ -99,28 +100,28 @@ def _hand_on_object(
 ) -> Task:
     check_handle(scenario, spec.object, spec.hand, f"tasks.{name}.hand")
     target = setup.hand_trajectory(spec.hand, spec.object)
-    return FramePoseTask(name, setup.robot.frame_id(spec.hand), target, rate=spec.rate)
+    return FramePoseTask(name, spec.hand, target, rate=spec.rate)
 
 
 def _frame_path(
     name: str, spec: schema.FramePathSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
-    frame_id = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
-    way: PoseTrajectory = to_waypoints(spec.waypoints)
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    path: PoseTrajectory = to_waypoints(spec.waypoints)
     if spec.travel_of is not None:
         check_target(setup, spec.travel_of, f"tasks.{name}.travel_of")
         target = setup.targets[spec.travel_of]
         if isinstance(target, TravelTrajectory):
-            way = replace(target, body=way)
-    return FramePoseTask(name, frame_id, way, rate=spec.rate)
+            path = replace(target, body=path)
+    return FramePoseTask(name, frame, path, rate=spec.rate)
 
 
 def _approach(task: FramePoseTask, setup: Setup) -> Task:
     """Return the task that leads the same frame from half-sitting to its target of time 0."""
     first = task.target.at(0.0).T_world_target
-    here = _at_half_sitting(setup, task.frame_id)
-    way = WaypointTrajectory([Waypoint(-APPROACH_TIME, here), Waypoint(0.0, first)])
-    return FramePoseTask(task.name, task.frame_id, way, rate=task.rate)
+    here = _at_half_sitting(setup, task.frame)
+    path = WaypointTrajectory([Waypoint(-APPROACH_TIME, here), Waypoint(0.0, first)])
+    return FramePoseTask(task.name, task.frame, path, rate=task.rate)
 
 
 def _com_polygon(
@@ -150,7 +151,7 @@ def _gaze(name: str, spec: schema.GazeSpec, scenario: schema.Scenario, setup: Se
             remedy="Name one in the robot's YAML, or disable the task",
         )
     target = AttachedTrajectory(setup.targets[spec.object], pose(spec.offset))
-    return GazeTask(name, setup.robot.frame_id(setup.robot.camera), target, rate=spec.rate)
+    return GazeTask(name, setup.robot.camera, target, rate=spec.rate)
 
 
 def _avoidance(
@@ -172,11 +173,9 @@ def _avoidance(
     )
 
 
-def _posture(
-    name: str, spec: schema.PostureSpec, scenario: schema.Scenario, setup: Setup
-) -> Task:
+def _posture(name: str, spec: schema.PostureSpec, scenario: schema.Scenario, setup: Setup) -> Task:
     robot = setup.robot
-    q_joints = robot.q_half_sitting[7:].copy()
+    q_joints = robot.q_half_sitting[robot.nq_base :].copy()
     for joint, value in spec.joints.items():
         try:
             q_joints[robot.joint_index(joint)] = value
@@ -197,7 +196,5 @@ _BUILDERS: dict[type, Callable[..., Task]] = {
 }
 
 
-def _at_half_sitting(setup: Setup, frame_id: int):
-    robot = setup.robot
-    kin = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
-    return kin.placement(frame_id)
+def _at_half_sitting(setup: Setup, frame: str | int) -> pin.SE3:
+    return setup.robot.at(setup.robot.q_half_sitting).placement(frame)

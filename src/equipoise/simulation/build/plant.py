@@ -12,8 +12,8 @@ from equipoise.errors import ScenarioError
 from equipoise.physics import PushedObject
 from equipoise.robots import Robot
 from equipoise.scenarios import schema
-from equipoise.simulation.build.setup import Setup, check_object
 from equipoise.scenarios.lookup import frame_of
+from equipoise.simulation.build.setup import Setup, check_object
 
 
 def plant_robot(scenario: schema.Scenario, setup: Setup) -> Robot:
@@ -57,7 +57,7 @@ def _moving(robot: Robot, name: str) -> int:
     """
     path = f"disturbances.links.{name}"
     frames = robot.model.frames
-    frame = frames[frame_of(robot, name, path)]
+    frame = frames[robot.frame_id(frame_of(robot, name, path))]
     moved = {
         link.parentJoint: link.name
         for link in frames

@@ -8,24 +8,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
+from equipoise.collision.scene import Body, Scene, Shape
 from equipoise.contacts import ContactSchedule, ContactStack, SoleContact, SupportPolygon
 from equipoise.contacts.support_polygon import sole_corners
 from equipoise.errors import InputError, NameNotFoundError, ScenarioError
-from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot, get_robot
 from equipoise.scenarios import schema
+from equipoise.scenarios.lookup import at_path, frame_of, to_pose, to_vector
 from equipoise.simulation.build.contacts import ContactMaker
-from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.spatial import Array
-from equipoise.tasks import (
+from equipoise.trajectories import (
     AttachedTrajectory,
     FixedPose,
     PoseTrajectory,
+    Travel,
     TravelTrajectory,
     Waypoint,
     WaypointTrajectory,
 )
-from equipoise.collision.scene import Body, Scene, Shape
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def build_setup(scenario: schema.Scenario) -> Setup:
     for obj, hand in handles:
         frame_of(robot, hand, f"world.objects.{obj}.handles.{hand}")
     scene = _scene(scenario, robot, handles)
-    start = KinematicsEvaluator(robot).at(robot.q_half_sitting, np.zeros(robot.nv))
+    start = robot.at(robot.q_half_sitting)
     makers = ContactMaker(scenario, robot, start, targets, handles)
     contacts = [makers.make(name, spec) for name, spec in scenario.contacts.items()]
     reference = [makers.make(name, spec, wanted=True) for name, spec in scenario.contacts.items()]
@@ -139,18 +139,18 @@ def to_waypoints(specs: list[schema.WaypointSpec]) -> WaypointTrajectory:
     return WaypointTrajectory([Waypoint(w.t, to_pose(w), w.stop) for w in specs])
 
 
+def travel_of(slider: schema.SliderSpec) -> Travel:
+    """Return how a slider is wanted to go."""
+    return Travel(slider.travel.start, slider.travel.end, slider.travel.distance)
+
+
 def _targets(scenario: schema.Scenario) -> dict[str, PoseTrajectory]:
     targets: dict[str, PoseTrajectory] = {}
     for name, obj in scenario.world.objects.items():
         targets[name] = to_waypoints(obj.waypoints)
     for name, slider in scenario.world.sliders.items():
-        travel = slider.travel
         targets[name] = TravelTrajectory(
-            FixedPose(to_pose(slider.at)),
-            np.array(slider.direction),
-            travel.start,
-            travel.end,
-            travel.distance,
+            FixedPose(to_pose(slider.at)), np.array(slider.direction), travel_of(slider)
         )
     return targets
 
@@ -158,26 +158,29 @@ def _targets(scenario: schema.Scenario) -> dict[str, PoseTrajectory]:
 def _shapes(specs: list[schema.ShapeSpec]) -> tuple[Shape, ...]:
     shapes = []
     for spec in specs:
-        colour = tuple(spec.colour)
+        red, green, blue, alpha = spec.colour
         if spec.box is not None:
-            kind, size = "box", tuple(spec.box)
+            kind, size = "box", to_vector(spec.box)
         elif spec.sphere is not None:
-            kind, size = "sphere", (2.0 * spec.sphere,) * 3
+            kind, size = "sphere", (2.0 * spec.sphere, 2.0 * spec.sphere, 2.0 * spec.sphere)
         else:
             radius, height = spec.cylinder or (0.0, 0.0)
             kind, size = "cylinder", (2.0 * radius, 2.0 * radius, height)
-        shapes.append(Shape(kind, size, to_pose(spec.at), colour))
+        shapes.append(Shape(kind, size, to_pose(spec.at), (red, green, blue, alpha)))
     return tuple(shapes)
 
 
 def _scene(
     scenario: schema.Scenario, robot: Robot, handles: dict[tuple[str, str], pin.SE3]
 ) -> Scene:
+    world = scenario.world
     bodies = [
-        Body(name, _shapes(spec.shapes), to_pose(spec.at))
-        for name, spec in (*scenario.world.bodies.items(), *scenario.world.sliders.items())
+        Body(name, _shapes(one.shapes), to_pose(one.at)) for name, one in world.bodies.items()
     ]
-    for name, spec in scenario.world.objects.items():
+    bodies += [
+        Body(name, _shapes(one.shapes), to_pose(one.at)) for name, one in world.sliders.items()
+    ]
+    for name, spec in world.objects.items():
         first = next(iter(spec.handles))
         bodies.append(Body(name, _shapes(spec.shapes), handles[name, first].inverse(), first))
     try:

@@ -1,7 +1,7 @@
-"""Compiled solution of one working problem: hard rows first, then least squares of soft ones.
+"""Compiled solution of one working problem: held hard rows first, then least squares of soft ones.
 
-After the reflectors spent on solved levels, the hard working rows take the next ones (a lower
-triangle), and the soft rows those after (a lower trapezoid, largest remaining row first).
+All in coordinates of the basis, as a step from v. The held rows take the first reflectors, the soft
+working rows those after, the largest first.
 """
 
 from __future__ import annotations
@@ -9,284 +9,193 @@ from __future__ import annotations
 import numpy as np
 
 from equipoise.compiled.compilation import compiled, inlined
-from equipoise.hqp.solvers.active_set.multiplier import (
-    share_out,
-    weigh_by_goal,
-    weigh_by_step,
-    weigh_by_violation,
+from equipoise.compiled.workspace import Block, integers, matrix, vector
+from equipoise.hqp.solvers.active_set.elimination import (
+    eliminate_largest,
+    reach_in_turn,
+    turn_back,
 )
-from equipoise.hqp.solvers.active_set.primitives import (
-    DEPENDENT,
-    DEPENDENT_ROW,
-    EQUALITY,
+from equipoise.hqp.solvers.active_set.held import inverse_column, solve_transposed
+from equipoise.hqp.solvers.active_set.least_squares import solve_soft
+from equipoise.hqp.solvers.active_set.memory import (
+    ALONG,
+    BASIS,
+    FACTOR,
     FEASIBILITY,
-    GOAL,
+    FREE,
     HARD,
-    LEFT,
+    HELD,
+    MISS,
+    MULTIPLIER,
     NEXT_V,
+    NOISE,
     NORM,
-    ONCE_LEFT,
-    ORDER,
-    RANK_TOLERANCE,
+    NUMBERS,
+    OWN,
+    PLACE,
+    REDUCED,
+    REFLECTORS,
     REST,
     ROLE,
-    SCRATCH,
+    ROUNDING,
+    SHAKE,
     SIDE,
+    SMALLEST,
     STEP,
-    VALUE,
-    VIOLATION,
-    ZERO_TOLERANCE,
-    Buffers,
-    Level,
-    Problem,
+    TURNED,
+    WORKS,
     V,
-    Working,
+)
+from equipoise.hqp.solvers.active_set.primitives import (
     column,
     copy_row,
-    dot,
-    make_reflector,
+    dot_vector,
+    length,
     reflect,
-    reflect_from,
 )
-from equipoise.hqp.solvers.active_set.projection import project
+from equipoise.hqp.solvers.active_set.values import bound_of, reduce_row, value_of
 
-SUM_UP_AGAIN = 1e-3
-
-
-@compiled
-def solve_working(p: Problem, b: Buffers, level: Level) -> Working:
-    """Solve the problem of the working rows; leave the step and the next v in the buffers."""
-    n = b.of_columns.shape[1]
-    hard = take_hard_rows(p, b, level)
-    top = level.fixed + hard
-    if level.weight > 0.0:
-        reach_goal(b, level.fixed, hard)
-        go(b, level.fixed, top, n)
-        weigh_by_goal(b, level, hard)
-        return Working(hard, hard, n - top, 0, False)
-    equal, last = take_soft_rows(p, b, level, hard)
-    equal_rank = eliminate(b, top, hard, equal, last)
-    rank = equal_rank
-    if equal < last:
-        rank += eliminate(b, top + equal_rank, hard + equal_rank, last, last)
-    met = reach_soft_rows(b, top, hard, last, rank, level.size)
-    if met:
-        weigh_by_step(b, level, hard, rank)
-    else:
-        weigh_by_violation(b, level, hard, last)
-    go(b, level.fixed, top + rank, top + rank)
-    return Working(hard, last, rank, equal_rank, met)
+FAR_FROM_ROUNDING = 1e6
 
 
 @compiled
-def take_rows(p: Problem, b: Buffers, first: int, last: int, fixed: int, hard: int) -> None:
-    """Fill the working rows at places first..last, their rest and the square of what is left.
+def solve_working(rows: Block, search: Block, start: int, end: int) -> tuple[int, int, bool, float]:
+    """Solve for the rows at work among the hard ones and the own ones, start..end.
 
-    They are reflected by the `hard` rows before them, and the part of those of what they have to
-    reach is gone.
+    Leaves the step from v, the next v, the violations and the multipliers of the held rows. Returns
+    where the soft rows end, their rank, whether they are all met, and the size of v.
     """
-    project(b, first, last, fixed)
-    factor, projected, reflectors, of_rows = b.factor, b.projected, b.reflectors, b.of_rows
-    numbers, signs, columns = b.numbers, b.signs, b.of_columns
-    n, top = factor.shape[1], fixed + hard
-    for i in range(first, last):
-        copy_row(factor, i, projected, numbers[ORDER, i])
-    for j in range(fixed, top):
-        for i in range(first, last):
-            reflect(factor, i, reflectors, j, n)
-    for i in range(first, last):
-        row = numbers[ORDER, i]
-        bound = p.upper[row] if signs[SIDE, row] > 0 else p.lower[row]
-        reached = dot(factor, i, columns, STEP, fixed, top)
-        of_rows[REST, i] = bound - of_rows[VALUE, row] - reached
-        of_rows[LEFT, i] = dot(factor, i, factor, i, top, n)
-        of_rows[ONCE_LEFT, i] = of_rows[LEFT, i]
-
-
-@inlined
-def take_hard_rows(p: Problem, b: Buffers, level: Level) -> int:
-    """Eliminate the hard working rows; return their number.
-
-    Dependent ones leave the set; the worst broken one of them is noted with its shares.
-    """
-    signs, order = b.signs, b.numbers
-    order[DEPENDENT_ROW, 0] = -1
-    last = 0
-    for row in range(level.start):
-        if signs[ROLE, row] == HARD and signs[SIDE, row] != 0:
-            order[ORDER, last] = row
-            last += 1
-    if last == 0:
-        return 0
-    take_rows(p, b, 0, last, level.fixed, 0)
-    rank = eliminate(b, level.fixed, 0, last, last)
-    reach_in_turn(b, level.fixed, 0, rank)
-    worst, most = -1, FEASIBILITY * level.size
-    for i in range(rank, last):
-        row = order[ORDER, i]
-        value = b.of_rows[VALUE, row]
-        value += dot(b.factor, i, b.of_columns, STEP, level.fixed, level.fixed + rank)
-        beyond = max(value - p.upper[row], p.lower[row] - value) / b.of_rows[NORM, row]
-        if beyond > most:
-            worst, most = i, beyond
-    if worst >= 0:
-        share_out(b, level.fixed, rank, worst)
-    for i in range(rank, last):
-        signs[SIDE, order[ORDER, i]] = DEPENDENT
-    return rank
-
-
-@inlined
-def take_soft_rows(p: Problem, b: Buffers, level: Level, hard: int) -> tuple[int, int]:
-    """Append the soft working rows, equalities first; return where these and where all end."""
-    signs, order = b.signs, b.numbers
-    equal = hard
-    for row in range(level.start, level.end):
-        if signs[SIDE, row] == EQUALITY:
-            order[ORDER, equal] = row
-            equal += 1
-    last = equal
-    for row in range(level.start, level.end):
-        if signs[SIDE, row] != 0 and signs[SIDE, row] != EQUALITY:
-            order[ORDER, last] = row
-            last += 1
-    take_rows(p, b, hard, last, level.fixed, hard)
-    return equal, last
-
-
-@compiled
-def eliminate(b: Buffers, top: int, first: int, until: int, last: int) -> int:
-    """Eliminate working rows first..until from column `top` on, the largest first; return the rank.
-
-    The rows up to `last` are reflected with them. What is left of a dependent row is set to zero.
-    """
-    factor, reflectors, of_rows, numbers = b.factor, b.reflectors, b.of_rows, b.numbers
-    n, rank = factor.shape[1], 0
-    while first + rank < until and top + rank < n:
-        place, k = first + rank, top + rank
-        best, most = -1, 0.0
-        for i in range(place, until):
-            if of_rows[LEFT, i] > most:
-                best, most = i, of_rows[LEFT, i]
-        if best < 0:
-            break
-        length = np.sqrt(dot(factor, best, factor, best, k, n))
-        if length <= RANK_TOLERANCE * of_rows[NORM, numbers[ORDER, best]]:
-            factor[best, k:] = 0.0
-            of_rows[LEFT, best] = 0.0
-            continue
-        swap_places(b, place, best)
-        factor[place, k] = make_reflector(factor, place, reflectors, k, n, length)
-        for i in range(place + 1, last):
-            if of_rows[LEFT, i] > 0.0:
-                reflect(factor, i, reflectors, k, n)
-        for i in range(place + 1, last):
-            if of_rows[LEFT, i] > 0.0:
-                of_rows[LEFT, i] -= factor[i, k] ** 2
-                if of_rows[LEFT, i] <= SUM_UP_AGAIN * of_rows[ONCE_LEFT, i]:
-                    of_rows[LEFT, i] = dot(factor, i, factor, i, k + 1, n)
-                    of_rows[ONCE_LEFT, i] = of_rows[LEFT, i]
-        rank += 1
-    return rank
-
-
-@inlined
-def swap_places(b: Buffers, i: int, k: int) -> None:
-    """Swap two working rows."""
-    if i == k:
-        return
-    factor, order, of_rows = b.factor, b.numbers, b.of_rows
-    for c in range(column(factor.shape[1])):
-        factor[i, c], factor[k, c] = factor[k, c], factor[i, c]
-    order[ORDER, i], order[ORDER, k] = order[ORDER, k], order[ORDER, i]
-    of_rows[REST, i], of_rows[REST, k] = of_rows[REST, k], of_rows[REST, i]
-    of_rows[LEFT, i], of_rows[LEFT, k] = of_rows[LEFT, k], of_rows[LEFT, i]
-    once = of_rows[ONCE_LEFT, i]
-    of_rows[ONCE_LEFT, i] = of_rows[ONCE_LEFT, k]
-    of_rows[ONCE_LEFT, k] = once
-
-
-@compiled
-def reach_in_turn(b: Buffers, top: int, first: int, rank: int) -> None:
-    """Solve the triangle of eliminated rows for their coordinates of the step."""
-    factor, of_rows, steps = b.factor, b.of_rows, b.of_columns
-    for i in range(first, first + rank):
-        k = top + i - first
-        rest = of_rows[REST, i] - dot(factor, i, steps, STEP, top, k)
-        steps[STEP, k] = rest / factor[i, k]
-
-
-@inlined
-def reach_soft_rows(b: Buffers, top: int, first: int, last: int, rank: int, size: float) -> bool:
-    """Solve the eliminated soft rows for the step; tell whether it meets all of them."""
-    factor, of_rows, steps = b.factor, b.of_rows, b.of_columns
-    for i in range(first, last):
-        of_rows[VIOLATION, i] = 0.0
-    reach_in_turn(b, top, first, rank)
-    met = True
-    for i in range(first + rank, last):
-        beyond = dot(factor, i, steps, STEP, top, top + rank) - of_rows[REST, i]
-        norm = of_rows[NORM, b.numbers[ORDER, i]]
-        met = met and abs(beyond) <= ZERO_TOLERANCE * norm * size
+    numbers, n = integers(search, NUMBERS), vector(search, V).shape[0]
+    free = numbers[FREE]
+    size = max(length(vector(search, V), n), SMALLEST)
+    held = take_held(rows, search, start, size)
+    last = take_soft(rows, search, start, end, held)
+    rank = eliminate_largest(search, held, held, last, last, free, False)
+    take_off(search, held, last)
+    met, size = solve_soft(search, held, last, rank, size)
+    go(search, held + rank)
+    numbers[WORKS] += 1
+    missed = 0.0
+    for i in range(held, last):
+        missed += abs(vector(search, MISS)[i])
+    if not missed < np.inf:  # numbers that are none must not go unnoticed
+        vector(search, NEXT_V)[0] = np.nan
+    size = max(size, length(vector(search, NEXT_V), n))
     if not met:
-        compromise(b, top, first, last, rank)
-    return met
+        weigh(search, held, last, size)
+    return last, rank, met, size
 
 
 @compiled
-def compromise(b: Buffers, top: int, first: int, last: int, rank: int) -> None:
-    """Solve the eliminated soft rows for the step by least squares; fill their violation."""
-    factor, triangle, of_rows, columns = b.factor, b.triangle, b.of_rows, b.of_columns
-    rows = last - first
-    for j in range(rank):
-        for i in range(rows):
-            triangle[j, i] = factor[first + i, top + j] if i >= j else 0.0
-    for i in range(rows):
-        of_rows[LEFT, i] = of_rows[REST, first + i]
-    for j in range(rank):
-        length = np.sqrt(dot(triangle, j, triangle, j, j, rows))
-        columns[SCRATCH, j] = make_reflector(triangle, j, triangle, j, rows, length)
-        for k in range(j + 1, rank):
-            reflect_from(triangle, k, triangle, j, j, rows)
-        reflect_from(of_rows, LEFT, triangle, j, j, rows)
-    for j in range(rank - 1, -1, -1):
-        rest = of_rows[LEFT, j]
-        for k in range(j + 1, rank):
-            rest -= triangle[k, j] * columns[STEP, top + k]
-        columns[STEP, top + j] = rest / columns[SCRATCH, j]
-        of_rows[LEFT, j] = 0.0
-    for j in range(rank - 1, -1, -1):
-        reflect_from(of_rows, LEFT, triangle, j, j, rows)
-    for i in range(rows):
-        of_rows[VIOLATION, first + i] = -of_rows[LEFT, i]
+def take_held(rows: Block, search: Block, start: int, size: float) -> int:
+    """Eliminate the hard rows at work; return their number. Dependent ones stop working.
 
-
-@compiled
-def reach_goal(b: Buffers, fixed: int, hard: int) -> None:
-    """Solve soft rows that are the unit matrix: go straight to the goal in what is free.
-
-    Leaves as scratch how far the hard rows keep it from there, along their own reflectors.
+    A row that is at its bound to rounding is held where it is: to move it might break another.
     """
-    columns, reflectors = b.of_columns, b.reflectors
-    n = columns.shape[1]
-    for c in range(n):
-        columns[NEXT_V, c] = columns[GOAL, c] - columns[V, c]
-    for j in range(fixed + hard):
-        reflect(columns, NEXT_V, reflectors, j, n)
-    for j in range(hard):
-        columns[SCRATCH, j] = columns[STEP, fixed + j] - columns[NEXT_V, fixed + j]
-    for c in range(fixed + hard, n):
-        columns[STEP, c] = columns[NEXT_V, c]
+    rest, norm = vector(search, REST), vector(search, NORM)
+    role, side, place = integers(search, ROLE), integers(search, SIDE), integers(search, PLACE)
+    numbers, last = integers(search, NUMBERS), 0
+    free = numbers[FREE]
+    for row in range(start):
+        if role[row] == HARD and side[row] != 0:
+            place[last] = row
+            take(rows, search, last, free)
+            if abs(rest[last]) <= FEASIBILITY * norm[row] * size:
+                rest[last] = 0.0
+            last += 1
+    held = eliminate_largest(search, 0, 0, last, last, free, True) if last > 0 else 0
+    for i in range(held, last):
+        side[place[i]] = 0
+    numbers[HELD] = held
+    reach_in_turn(search, 0, 0, held)
+    return held
+
+
+@inlined
+def take_soft(rows: Block, search: Block, start: int, end: int, held: int) -> int:
+    """Take the own rows at work, reflected by the held ones; return where they end."""
+    role, side, place = integers(search, ROLE), integers(search, SIDE), integers(search, PLACE)
+    factor, u, free = (
+        matrix(search, FACTOR),
+        matrix(search, REFLECTORS),
+        integers(search, NUMBERS)[FREE],
+    )
+    last = held
+    for row in range(start, end):
+        if role[row] == OWN and side[row] != 0:
+            place[last] = row
+            take(rows, search, last, free)
+            last += 1
+    for j in range(held):
+        for i in range(held, last):
+            reflect(factor, i, u, j, free)
+    return last
 
 
 @compiled
-def go(b: Buffers, fixed: int, reflectors: int, stop: int) -> None:
-    """Turn the coordinates fixed..stop of the step into the step, and go to the next v."""
-    columns, u = b.of_columns, b.reflectors
-    n = columns.shape[1]
-    columns[STEP, :fixed] = 0.0
-    columns[STEP, stop:] = 0.0
-    for j in range(reflectors - 1, -1, -1):
-        reflect(columns, STEP, u, j, n)
+def take(rows: Block, search: Block, i: int, free: int) -> None:
+    """Write the row at a working place into the factor, and what it has to reach."""
+    row = integers(search, PLACE)[i]
+    reduce_row(rows, search, BASIS, row, free)
+    copy_row(matrix(search, FACTOR), i, matrix(search, REDUCED), row, free)
+    bound = bound_of(rows, row, integers(search, SIDE)[row])
+    vector(search, REST)[i] = bound - value_of(rows, row, vector(search, V))
+
+
+@inlined
+def take_off(search: Block, held: int, last: int) -> None:
+    """Take from the rest of the soft rows what the step to the held rows does to them."""
+    rest, factor, along = vector(search, REST), matrix(search, FACTOR), vector(search, ALONG)
+    for i in range(held, last):
+        rest[i] -= dot_vector(factor, i, along, 0, held)
+
+
+@compiled
+def go(search: Block, count: int) -> None:
+    """Turn coordinates along `count` reflectors into the step, and go from v to the next v."""
+    numbers, turned, along = (
+        integers(search, NUMBERS),
+        vector(search, TURNED),
+        vector(search, ALONG),
+    )
+    step, next_v, v, Z = (
+        vector(search, STEP),
+        vector(search, NEXT_V),
+        vector(search, V),
+        matrix(search, BASIS),
+    )
+    free, n = numbers[FREE], v.shape[0]
+    for j in range(free):
+        turned[j] = along[j] if j < count else 0.0
+    turn_back(search, count, free)
     for c in range(n):
-        columns[NEXT_V, c] = columns[V, c] + columns[STEP, c]
+        step[c] = 0.0
+    for k in range(free):
+        scale = turned[k]
+        for c in range(column(n)):
+            step[c] += scale * Z[k, c]
+    for c in range(n):
+        next_v[c] = v[c] + step[c]
+
+
+@inlined
+def weigh(search: Block, held: int, last: int, size: float) -> None:
+    """Fill the multipliers of the held rows and their rounding, from the violations."""
+    factor, miss, shake = matrix(search, FACTOR), vector(search, MISS), vector(search, SHAKE)
+    multiplier, noise = vector(search, MULTIPLIER), vector(search, NOISE)
+    norm, place = vector(search, NORM), integers(search, PLACE)
+    if held == 0:
+        return
+    rounding, least = 0.0, np.inf
+    for j in range(held):
+        multiplier[j] = 0.0
+        least = min(least, abs(factor[j, j]))
+    for i in range(held, last):
+        rounding += norm[place[i]] * (shake[i] + ROUNDING * abs(miss[i]))
+        for j in range(held):
+            multiplier[j] -= miss[i] * factor[i, j]
+    solve_transposed(factor, multiplier, held)
+    for j in range(held):
+        noise[j] = rounding / least
+        if abs(multiplier[j]) < FAR_FROM_ROUNDING * noise[j]:
+            noise[j] = rounding * inverse_column(search, held, j)

@@ -1,0 +1,75 @@
+"""Kernel of the bounded distribution: a hierarchy of three, the wrench, the bounds, the cost.
+
+The unknown is y = cost * lam, lam the predicted reaction, so that the cheapest reaction is the
+least y: level 0 carries the base wrench, level 1 keeps the bounds as well as that allows, and what
+is still free is least.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equipoise.compiled import compiled
+from equipoise.compiled.workspace import Arrays, Block, Shape, matrix, vector
+from equipoise.hqp.solvers.active_set.memory import A_ROWS, LOWER, UPPER, V
+from equipoise.hqp.solvers.active_set.solve import solve_there
+
+BOUNDS = Arrays(("cost", "near_since", "predicted", "numbers"))
+COST, NEAR_SINCE, PREDICTED, NUMBERS = range(len(BOUNDS.names))
+# entries of `numbers`: how near [N] to a bound is told, from when on [s], and of the last tick the
+# largest violation of a bound [N] and whether the hierarchy was solved
+WARN, LANDED, SLACK, STATUS = range(4)
+WORK_LIMIT = 200
+
+
+def bounds_shapes(rows: int, unknowns: int) -> list[tuple[str, Shape, bool]]:
+    """Return the arrays: `near_since` [rows] is when a bound was first nearly met, or infinite."""
+    return BOUNDS.shapes(cost=unknowns, near_since=max(rows, 1), predicted=unknowns, numbers=4)
+
+
+@compiled
+def bounded_reaction(
+    bounds: Block, rows: Block, search: Block, J: np.ndarray, supporting: np.ndarray, u: np.ndarray,
+    without: np.ndarray, base: int, t: float, F: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the reaction F [k] within bounds that carries the first `base` entries of u.
+
+    The rows 0..base-1 of `rows` are written here; those after them are the bounds, for good.
+    """
+    A, lower, upper, cost = (
+        matrix(rows, A_ROWS),
+        vector(rows, LOWER),
+        vector(rows, UPPER),
+        vector(bounds, COST),
+    )
+    predicted, numbers, count = vector(bounds, PREDICTED), vector(bounds, NUMBERS), F.shape[0]
+    for i in range(base):
+        lower[i] = u[i]
+        for k in range(count):
+            A[i, k] = J[supporting[k], i] / cost[k]
+            lower[i] += J[supporting[k], i] * without[k]
+        upper[i] = lower[i]
+    numbers[STATUS] = solve_there(rows, search, WORK_LIMIT)
+    y = vector(search, V)
+    for k in range(count):
+        predicted[k] = y[k] / cost[k]
+        F[k] = predicted[k] - without[k]
+    watch(bounds, A, lower, y, base, t)
+
+
+@compiled
+def watch(
+    bounds: Block, A: np.ndarray, lower: np.ndarray, y: np.ndarray, base: int, t: float
+) -> None:
+    """Note the largest violation, and since when each bound has been near."""
+    numbers, since = vector(bounds, NUMBERS), vector(bounds, NEAR_SINCE)
+    numbers[SLACK] = 0.0
+    for i in range(base, lower.shape[0]):
+        if lower[i] == -np.inf:
+            continue
+        margin = -lower[i]
+        for k in range(y.shape[0]):
+            margin += A[i, k] * y[k]
+        numbers[SLACK] = max(numbers[SLACK], -margin)
+        if margin < numbers[WARN] and t >= numbers[LANDED] and since[i - base] == np.inf:
+            since[i - base] = t

@@ -1,0 +1,86 @@
+"""The memory of the law: what it keeps from tick to tick, and what it works in."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from equipoise.compiled import inlined
+from equipoise.compiled.workspace import Arrays, Block, Shape, matrix_at, vector_at
+
+LAW = Arrays(
+    ("J", "L", "reflectors", "K_d", "tau_max", "gains", "posture", "force", "lam", "lam_ref",
+     "q_ref", "v_ref", "dq", "dv", "s", "u", "u_before", "handover", "reaction", "lam_0", "costs",
+     "terms", "tau", "clock", "pivots", "at", "regulated", "supporting", "normal_rows", "ends",
+     "flags"),
+    frozenset({"pivots", "at", "regulated", "supporting", "normal_rows", "ends", "flags"}),
+)  # fmt: skip
+(J_PHI, L_FACTOR, REFLECTORS, K_D, TAU_MAX, GAINS, POSTURE, FORCE, LAM, LAM_REF, Q_REF, V_REF, DQ,
+ DV, S, U, U_BEFORE, HANDOVER, REACTION, LAM_0, COSTS, TERMS, TAU, CLOCK, PIVOTS, AT, REGULATED,
+ SUPPORTING, NORMAL_ROWS, ENDS, FLAGS) = range(len(LAW.names))  # fmt: skip
+
+# entries of `gains`
+(ALPHA, BETA_P, K_IP, BOUND, KIND_P, LAYER_P, BETA_F, K_IF, KIND_F, LAYER_F, BETA, MU, ETA, FADE,
+ DAMP_VIOLATION, PERIOD, OBSERVER) = range(17)  # fmt: skip
+GAIN_COUNT = 17
+# entries of `clock`: when posture and force manifold, and the last hand-over, began [s]
+T_POSTURE, T_FORCE, T_HANDOVER = range(3)
+# entries of `flags`: whether the manifolds run, contacts were switched just now, a difference is
+# being handed over, the reaction is being observed; numbers of rows and contacts; the rank
+(STARTED, SWITCHING, HANDING_OVER, OBSERVING, ROW_COUNT, REGULATED_COUNT, SUPPORTING_COUNT,
+ SUPPORT_COUNT, RANK, BOUNDED) = range(10)  # fmt: skip
+FLAG_COUNT = 10
+# what a copy of the memory consists of
+KEPT = ("posture", "force", "u_before", "handover", "reaction", "lam_0", "tau", "clock", "flags")
+
+
+class LawSizes(NamedTuple):
+    """How large the law's arrays are at most: contacts, their rows, the regulated, supporting."""
+
+    nq: int
+    nv: int
+    na: int
+    contacts: int
+    rows: int
+    regulated: int
+    supporting: int
+    supports: int
+
+
+def law_shapes(sizes: LawSizes) -> list[tuple[str, Shape, bool]]:
+    """Return the arrays of the law."""
+    nq, nv, na = sizes.nq, sizes.nv, sizes.na
+    r, k = max(sizes.rows, 1), max(sizes.regulated, 1)
+    f, n = max(sizes.supporting, 1), max(sizes.supports, 1)
+    return LAW.shapes(
+        J=(r, nv), L=(r, nv), reflectors=(r, nv), K_d=(nv, nv), tau_max=na, gains=GAIN_COUNT,
+        posture=(5, nv), force=(6, k), lam=r, lam_ref=k, q_ref=nq, v_ref=nv, dq=nv, dv=nv, s=nv,
+        u=nv, u_before=nv, handover=nv, reaction=f, lam_0=f, costs=f, terms=(2, f), tau=na, clock=3,
+        pivots=r, at=max(sizes.contacts, 1), regulated=k, supporting=f, normal_rows=n, ends=n,
+        flags=FLAG_COUNT,
+    )  # fmt: skip
+
+
+@inlined
+def leading_rows(law: Block, name: int, rows: int) -> np.ndarray:
+    """Return the first rows of a matrix of the law."""
+    return matrix_at(law.floats, law.table[name, 0], rows, law.table[name, 2])
+
+
+@inlined
+def leading(law: Block, name: int, size: int) -> np.ndarray:
+    """Return the first entries of a vector of floats."""
+    return vector_at(law.floats, law.table[name, 0], size)
+
+
+@inlined
+def leading_whole(law: Block, name: int, size: int) -> np.ndarray:
+    """Return the first entries of a vector of integers."""
+    return vector_at(law.integers, law.table[name, 0], size)
+
+
+@inlined
+def packed(law: Block, name: int, rows: int, columns: int) -> np.ndarray:
+    """Return the first numbers of an array as a matrix [rows, columns]."""
+    return matrix_at(law.floats, law.table[name, 0], rows, columns)

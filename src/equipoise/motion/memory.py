@@ -1,0 +1,40 @@
+"""The part of a workspace in which the tasks of a motion stand, and what a blend of them needs."""
+
+from __future__ import annotations
+
+from equipoise.compiled.workspace import Arrays, Shape
+
+TASKS = Arrays(
+    ("rates", "numbers", "contact_rate", "window", "fades", "weights", "shares", "thresholds",
+     "blended", "v_ref", "kind", "frame", "target", "first", "at", "pairs", "contact_at",
+     "contact_held", "fade_of", "flags"),
+    frozenset({"kind", "frame", "target", "first", "at", "pairs", "contact_at", "contact_held",
+               "fade_of", "flags"}),
+)  # fmt: skip
+(RATES, NUMBERS, CONTACT_RATE, WINDOW, FADES, WEIGHTS, SHARES, THRESHOLDS, BLENDED, V_REF, KIND,
+ FRAME, TARGET, FIRST, AT, PAIRS_PART, CONTACT_AT, CONTACT_HELD, FADE_OF,
+ FLAGS) = range(len(TASKS.names))  # fmt: skip
+
+# entries of `flags`: whether a task needs the centre of mass; which part of the workspace the first
+# search is; how many searches there are, and how many the last tick used; how it went
+NEEDS_COM, SEARCHES_FROM, SEARCHES, USED, STATUS = range(5)
+
+
+def task_shapes(
+    tasks: int, numbers: int, contacts: int, rows: int, fades: int, nv: int
+) -> list[tuple[str, Shape, bool]]:
+    """Return the arrays.
+
+    Task k has the `numbers[first[k] : first[k + 1]]` and its rows from `at[k]` on; an avoidance
+    task its distances in the part `pairs[k]`. Contact i of level 0 has its rows from
+    `contact_at[i]` on, is drawn back with `contact_rate[i]` [1/s] and holds from `window[i, 0]` to
+    `window[i, 1]` [s]. `fades` [f, 3] and `weights` [f] belong to what fades, `fade_of` [rows] is
+    the fade of a row or -1. `shares` [f + 1] are those of the parts of a
+    blend, `thresholds` the least weight with which something counts in them.
+    """
+    k, c, f = max(tasks, 1), max(contacts, 1), max(fades, 1)
+    return TASKS.shapes(
+        rates=k, numbers=max(numbers, 1), contact_rate=c, window=(c, 2), fades=(f, 3), weights=f,
+        shares=f + 1, thresholds=f + 1, blended=nv, v_ref=nv, kind=k, frame=k, target=k,
+        first=k + 1, at=k, pairs=k, contact_at=c, contact_held=c, fade_of=max(rows, 1), flags=5,
+    )  # fmt: skip

@@ -1,0 +1,329 @@
+"""A motion laid out in a workspace: levels of tasks with contacts, targets, pairs and fades."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeGuard, TypeVar
+
+import numpy as np
+
+from equipoise.compiled.workspace import Part, Shape, Workspace
+from equipoise.contacts.program import ContactProgram
+from equipoise.errors import InputError, NameNotFoundError
+from equipoise.hqp import Block, Hierarchy
+from equipoise.hqp.solvers.active_set.memory import (
+    SEARCH_MEMORY,
+    rows_shapes,
+    search_shapes,
+)
+from equipoise.kinematics import Kinematics
+from equipoise.kinematics.kernels import state_shapes
+from equipoise.motion.memory import NEEDS_COM, SEARCHES, SEARCHES_FROM, task_shapes
+from equipoise.robots import Robot
+from equipoise.spatial import Array
+from equipoise.tasks import AvoidanceTask, ContactTask, KernelTask, Task
+from equipoise.tasks.view import COM_POLYGON
+from equipoise.trajectories import Fade
+from equipoise.trajectories.targets import TargetList, write_given
+
+# the motion's parts of a workspace, in this order; the tree is part 0. Pairs and searches follow.
+PARTS = ("reference", "targets", "contacts", "tasks", "rows")
+FIRST = 1
+LEAST_ROWS = 1
+
+T_co = TypeVar("T_co", bound=Task, covariant=True)
+
+
+@dataclass(frozen=True)
+class Placed(Generic[T_co]):
+    """A task in the hierarchy: its level, its rows, and what they are called."""
+
+    task: T_co
+    level: int
+    rows: slice
+    unit: str
+    labels: tuple[str, ...]
+
+
+class MotionProgram:
+    """Levels of tasks, highest priority first, of which some fade (`fades[name of the task]`).
+
+    Tasks in plain Python are asked once, at `kin`, for how many rows they have.
+    Raises: `NameNotFoundError` for a fade of no task, `InputError` for two tasks of one name.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        levels: Sequence[Sequence[Task]],
+        fades: Mapping[str, Fade],
+        kin: Kinematics,
+        t: float,
+    ) -> None:
+        self.robot, self.fades = robot, dict(fades)
+        self.levels = tuple(tuple(level) for level in levels)
+        self.placed = _place(self.levels, kin, t)
+        _require_names([one.task.name for one in self.placed], fades)
+        self.kernel_tasks = [one for one in self.placed if _has_kernel(one)]
+        self.avoidances = [one for one in self.placed if _avoids(one)]
+        self.holding = [one for one in self.placed if _holds(one)]
+        # those whose numbers lie in the part of the tasks, in the order that they have there
+        self.numbered: list[Placed[KernelTask | AvoidanceTask]] = [
+            *self.kernel_tasks,
+            *self.avoidances,
+        ]
+        self.plain = [
+            one
+            for one in self.placed
+            if not isinstance(one.task, KernelTask | AvoidanceTask | ContactTask)
+        ]
+        self.contacts = ContactProgram([c for one in self.holding for c in one.task.stack.contacts])
+        self.targets = TargetList()
+        for one in self.kernel_tasks:
+            if one.task.target is not None:
+                self.targets.number_of(one.task.target)
+        self.frames = self._frames()
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return max(self.placed[-1].rows.stop if self.placed else 0, LEAST_ROWS)
+
+    @property
+    def needs_python(self) -> bool:
+        """Whether Python has to look at the state before the rows can be solved."""
+        return bool(self.plain) or self.contacts.needs_python
+
+    def _frames(self) -> list[int]:
+        names = [one.task.frame for one in self.kernel_tasks if one.task.frame is not None]
+        names += self.contacts.frames()
+        return list(dict.fromkeys(map(self.robot.frame_id, names)))
+
+    # -- laying out -----------------------------------------------------------------------------
+
+    def shapes(self, frames: int) -> dict[str, list[tuple[str, Shape, bool]]]:
+        """Return the arrays of the motion's parts, for a tree with a number of frames."""
+        robot, nv = self.robot, self.robot.nv
+        numbers = sum(len(one.task.numbers) for one in self.numbered)
+        shapes = {
+            "reference": state_shapes(robot.nq, nv, robot.model.njoints, frames),
+            "targets": self.targets.shapes(),
+            "contacts": self.contacts.shapes(),
+            "tasks": task_shapes(
+                len(self.numbered),
+                numbers,
+                len(self.contacts.contacts),
+                self.size,
+                len(self.fades),
+                nv,
+            ),
+            "rows": rows_shapes(self.size, nv, max(len(self.levels), 1)),
+        }
+        for k, one in enumerate(self.avoidances):
+            shapes[f"pairs{k}"] = one.task.program.array_shapes()
+        for k in range(len(self.fades) + 1):
+            shapes[f"search{k}"] = search_shapes(self.size, nv, max(len(self.levels), 1))
+        return shapes
+
+    @property
+    def memory(self) -> tuple[str, ...]:
+        """What is kept from tick to tick."""
+        searches = (
+            f"search{k}.{name}" for k in range(len(self.fades) + 1) for name in SEARCH_MEMORY
+        )
+        return ("reference.q", "tasks.v_ref", *searches)
+
+    def fill(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:
+        """Write the constants; `number_of` a frame is its number in the tree."""
+        parts = workspace.parts
+        self.targets.fill(parts["targets"])
+        self.contacts.fill(parts["contacts"], number_of)
+        self._fill_tasks(workspace, number_of)
+        self._fill_contacts(parts["tasks"])
+        self._fill_rows(parts["rows"])
+        for k, one in enumerate(self.avoidances):
+            one.task.fill(parts[f"pairs{k}"])
+        for k in range(len(self.fades) + 1):
+            parts[f"search{k}"].counts[:] = 1
+
+    def _fill_tasks(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:
+        part = workspace.parts["tasks"]
+        part.kind[:] = 0
+        first = 0
+        for k, one in enumerate(self.numbered):
+            task, numbers = one.task, one.task.numbers
+            part.kind[k], part.at[k], part.first[k] = task.kind, one.rows.start, first
+            part.numbers[first : first + len(numbers)] = numbers
+            first += len(numbers)
+            part.first[k + 1] = first
+            if isinstance(task, KernelTask):
+                part.rates[k] = task.rate
+                part.frame[k] = 0 if task.frame is None else number_of(task.frame)
+                if task.target is not None:
+                    part.target[k] = self.targets.number_of(task.target)
+            else:
+                which = k - len(self.kernel_tasks)
+                part.pairs[k] = list(workspace.parts).index(f"pairs{which}")
+        part.flags[NEEDS_COM] = any(one.task.kind == COM_POLYGON for one in self.kernel_tasks)
+        part.flags[SEARCHES_FROM] = list(workspace.parts).index("search0")
+        part.flags[SEARCHES] = len(self.fades) + 1
+        part.fade_of[:] = -1
+        for f, (name, fade) in enumerate(self.fades.items()):
+            part.fades[f] = fade.numbers
+            for placed in self.placed:
+                if placed.task.name == name:
+                    part.fade_of[placed.rows] = f
+        if not self.fades:
+            part.fades[:] = Fade().numbers
+
+    def _fill_contacts(self, part: Part) -> None:
+        part.contact_held[:] = 1
+        part.window[:] = np.inf, np.inf  # what there is none of never holds
+        k = 0
+        for one in self.holding:
+            at = one.rows.start
+            for contact in one.task.stack.contacts:
+                part.window[k] = one.task.schedule.windows[contact.name]
+                part.contact_at[k], part.contact_rate[k] = at, one.task.rate
+                at, k = at + contact.size, k + 1
+
+    def _fill_rows(self, part: Part) -> None:
+        part.lower[:], part.upper[:] = -np.inf, np.inf
+        part.first[:], part.last[:], part.single[:] = 0, self.robot.nv, -1
+        ends, end = [], 0
+        for level in range(len(self.levels)):
+            end = max([end, *(one.rows.stop for one in self.placed if one.level == level)])
+            ends.append(end)
+        part.ends[:] = ends or [0]
+        for one in self.kernel_tasks:
+            one.task.write_constants(part.A[one.rows], self.robot)
+            for row in range(one.rows.start, one.rows.stop):
+                columns = np.flatnonzero(part.A[row])
+                if len(columns) == 1:
+                    part.single[row] = columns[0]
+        self._mark_supports(part)
+
+    def _mark_supports(self, part: Part) -> None:
+        """Write first and last column of the rows that depend on one chain of joints only."""
+        model = self.robot.model
+        for one in self.kernel_tasks:
+            if one.task.frame is not None:
+                frame = model.frames[self.robot.frame_id(one.task.frame)]
+                supports = [model.joints[j] for j in list(model.supports[frame.parentJoint])[1:]]
+                if supports:
+                    last = max(joint.idx_v + joint.nv for joint in supports)
+                    part.last[one.rows] = last
+        for row in np.flatnonzero(part.single >= 0):
+            part.first[row], part.last[row] = part.single[row], part.single[row] + 1
+
+    # -- what Python adds every tick ------------------------------------------------------------
+
+    def write_before(self, workspace: Workspace, t: float) -> None:
+        """Ask targets and surfaces in plain Python where they are at time `t` [s]."""
+        write_given(workspace.parts["targets"], self.targets.given, t)
+        self.contacts.write_places(workspace.parts["contacts"], t)
+
+    def write_plain(self, workspace: Workspace, kin: Kinematics, t: float) -> bool:
+        """Write the rows of what is in plain Python; False if a task has other rows than before."""
+        rows = workspace.parts["rows"]
+        self.contacts.write_plain(
+            workspace.parts["contacts"], kin, rows.A, workspace.parts["tasks"].contact_at.tolist()
+        )
+        for one in self.plain:
+            asked = one.task.rows(kin, t)
+            if asked.labels != one.labels:
+                return False
+            asked.check()
+            rows.A[one.rows] = asked.A
+            rows.lower[one.rows], rows.upper[one.rows] = asked.lower, asked.upper
+        return True
+
+    def ask_coal(self, workspace: Workspace) -> None:
+        """Find out by Coal which distances the kernels left open."""
+        for k, one in enumerate(self.avoidances):
+            part = workspace.parts[f"pairs{k}"]
+            if part.asked[0]:
+                one.task.program.ask_coal(part)
+
+    # -- the problem of the moment as an object ---------------------------------------------------
+
+    def hierarchy(self, workspace: Workspace, weights: Array, least: float) -> Hierarchy:
+        """Return the problem that stands in the workspace, without what counts less than `least`.
+
+        Rows of contacts that do not hold are left out, and fading tasks of a weight below.
+        """
+        part, tasks = workspace.parts["rows"], workspace.parts["tasks"]
+        blocks, ends, kept, end = [], [], [], 0
+        for level in range(len(self.levels)):
+            for one in (p for p in self.placed if p.level == level):
+                f = int(tasks.fade_of[one.rows.start]) if one.rows.stop > one.rows.start else -1
+                if f >= 0 and weights[f] < least:
+                    continue
+                rows, labels = self._counting(workspace, one)
+                blocks.append(
+                    Block(one.task.name, one.unit, labels, level, slice(end, end + len(rows)))
+                )
+                kept += rows
+                end += len(rows)
+            ends.append(end)
+        A = part.A[kept].reshape(len(kept), self.robot.nv)
+        lower, upper = part.lower[kept], part.upper[kept]
+        A[np.isinf(lower) & np.isinf(upper)] = 0.0  # what a free row says is old
+        return Hierarchy(A, lower, upper, tuple(ends), tuple(blocks))
+
+    def _counting(
+        self, workspace: Workspace, one: Placed[Task]
+    ) -> tuple[list[int], tuple[str, ...]]:
+        """Return the rows of a task that are there now, and their labels."""
+        every = list(range(one.rows.start, one.rows.stop))
+        if not isinstance(one.task, ContactTask):
+            return every, one.labels
+        held = workspace.parts["contacts"].on
+        starts = workspace.parts["tasks"].contact_at
+        rows = [
+            row
+            for k, contact in enumerate(self.contacts.contacts)
+            if held[k]
+            for row in range(starts[k], starts[k] + contact.size)
+            if one.rows.start <= row < one.rows.stop
+        ]
+        return rows, tuple(one.labels[row - one.rows.start] for row in rows)
+
+
+def _has_kernel(one: Placed[Task]) -> TypeGuard[Placed[KernelTask]]:
+    return isinstance(one.task, KernelTask)
+
+
+def _avoids(one: Placed[Task]) -> TypeGuard[Placed[AvoidanceTask]]:
+    return isinstance(one.task, AvoidanceTask)
+
+
+def _holds(one: Placed[Task]) -> TypeGuard[Placed[ContactTask]]:
+    return isinstance(one.task, ContactTask)
+
+
+def _place(levels: Sequence[Sequence[Task]], kin: Kinematics, t: float) -> tuple[Placed[Task], ...]:
+    """Return the tasks with their rows, one after the other."""
+    placed, start = [], 0
+    for number, level in enumerate(levels):
+        for task in level:
+            if isinstance(task, KernelTask | AvoidanceTask):
+                unit, labels = task.row_unit, task.row_labels
+            elif isinstance(task, ContactTask):
+                unit, labels = task.row_unit, task.labels
+            else:
+                asked = task.rows(kin, t)
+                unit, labels = asked.unit, asked.labels
+            placed.append(Placed(task, number, slice(start, start + len(labels)), unit, labels))
+            start += len(labels)
+    return tuple(placed)
+
+
+def _require_names(names: Sequence[str], fades: Mapping[str, Fade]) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError("two tasks share a name", given=twice, remedy="Rename one of them")
+    for name in fades:
+        if name not in names:
+            raise NameNotFoundError("task", name, names)

@@ -1,0 +1,133 @@
+"""From a scenario to everything that runs: setup, levels, starting posture, controller, plant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from equipoise.control import GainAdvice, ReactionBounds, advise_gains
+from equipoise.control.kinds import controller_maker
+from equipoise.errors import NameNotFoundError
+from equipoise.hqp import make_solver
+from equipoise.motion import solve_posture
+from equipoise.physics import PhysicsEngine
+from equipoise.scenarios import schema
+from equipoise.scenarios.lookup import at_path
+from equipoise.simulation.build.checks import check_contacts, check_waypoints
+from equipoise.simulation.build.engines import make_engine
+from equipoise.simulation.build.fades import build_fades
+from equipoise.simulation.build.forces import wanted_forces
+from equipoise.simulation.build.gains import gains_of, to_control_gains
+from equipoise.simulation.build.levels import APPROACH_TIME, build_levels, build_start_levels
+from equipoise.simulation.build.setup import Setup, build_setup
+from equipoise.simulation.robot_interface import SimulatedRobot
+from equipoise.spatial import Array
+from equipoise.tasks import FramePoseTask, Task
+from equipoise.wbc import ControlSettings, NewController, WholeBodyController
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Everything of one run, put together.
+
+    `q_start` (nq,) is the starting posture, `advice` what the gain adviser said.
+    """
+
+    scenario: schema.Scenario
+    setup: Setup
+    levels: list[list[Task]]
+    q_start: Array
+    advice: GainAdvice
+    controller: WholeBodyController
+    plant: SimulatedRobot
+
+    @property
+    def engine(self) -> PhysicsEngine:
+        """The engine of the plant."""
+        return self.plant.engine
+
+
+def assemble(scenario: schema.Scenario) -> Assembly:
+    """Put a scenario together; finding the starting posture takes a moment.
+
+    Raises: `ScenarioError`, `PostureNotFoundError`.
+    """
+    setup = build_setup(scenario)
+    check_waypoints(scenario, setup)
+    levels = build_levels(scenario, setup)
+    q_start = starting_posture(scenario, setup)
+    check_contacts(setup, q_start, setup.reference_schedule.at(0.0))
+    advice = advise(scenario, setup, q_start)
+    controller = WholeBodyController(
+        setup.robot,
+        levels,
+        setup.schedule,
+        control_settings(scenario, advice),
+        q_start,
+        wanted_forces=wanted_forces(scenario),
+        fades=build_fades(scenario),
+        controller=_controller(scenario, setup, advice),
+    )
+    engine = make_engine(scenario, setup, q_start)
+    plant = SimulatedRobot(scenario, setup.robot, setup.contacts, engine)
+    if scenario.control.start == "standing":
+        controller.take_over(engine.stand())
+    return Assembly(scenario, setup, levels, q_start, advice, controller, plant)
+
+
+def _controller(
+    scenario: schema.Scenario, setup: Setup, advice: GainAdvice
+) -> NewController | None:
+    """Return what makes the controller that the scenario names, None for the shipped law."""
+    try:
+        make = controller_maker(scenario.control.kind)
+    except NameNotFoundError as error:
+        raise at_path(error, "control.kind") from None
+    if make is None:
+        return None
+    gains, period = to_control_gains(gains_of(scenario), advice), scenario.control.period
+    return lambda contacts: make(setup.robot, contacts, gains, period)
+
+
+def starting_posture(scenario: schema.Scenario, setup: Setup) -> Array:
+    """Return the configuration (nq,) at time 0. Raises: `PostureNotFoundError`."""
+    q, t_from = setup.robot.q_half_sitting, -APPROACH_TIME
+    for with_avoidance in (False, True):
+        levels = build_start_levels(scenario, setup, with_avoidance=with_avoidance)
+        must_hold = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
+        q = solve_posture(
+            setup.robot,
+            levels,
+            make_solver(scenario.control.solver),
+            q,
+            t_from=t_from,
+            must_hold=must_hold if with_avoidance else (),
+            tolerance=1e-5 if with_avoidance else 1e-2,
+        )
+        t_from = 0.0
+    return q
+
+
+def advise(scenario: schema.Scenario, setup: Setup, q_start: Array) -> GainAdvice:
+    """Return what the gain adviser says about the nominal robot at `q_start` (nq,)."""
+    gains, physics = gains_of(scenario), scenario.physics
+    return advise_gains(
+        setup.robot,
+        setup.contacts,
+        q_start,
+        scenario.control.period,
+        alpha=gains.alpha,
+        kappa=gains.kappa,
+        rotor_inertia=physics.mujoco.armature if physics.engine == "mujoco" else 0.0,
+    )
+
+
+def control_settings(scenario: schema.Scenario, advice: GainAdvice) -> ControlSettings:
+    """Return how the scenario wants the robot controlled."""
+    control = scenario.control
+    return ControlSettings(
+        gains=to_control_gains(gains_of(scenario), advice),
+        period=control.period,
+        bounds=ReactionBounds() if control.distribution == "bounded" else None,
+        filter_time=control.reaction_filter,
+        solver=control.solver,
+    )

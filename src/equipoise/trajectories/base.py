@@ -1,0 +1,65 @@
+"""A wanted pose over time: what every kind offers, and kinds that a kernel evaluates."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.spatial import Array, pose_row
+
+# kinds of targets as kernels know them; GIVEN is written from Python
+GIVEN, FIXED, WAYPOINTS, ATTACHED, TRAVEL = range(5)
+ROW = 18  # numbers of a target: a pose row, then its twist
+
+
+@dataclass(frozen=True)
+class PoseSample:
+    """A pose and its rate: `twist_world` (6,) = velocity of the origin, angular velocity."""
+
+    T_world_target: pin.SE3
+    twist_world: Array
+
+
+class PoseTrajectory(ABC):
+    """A pose as a smooth function of time. One of your own gives `at`; the tick then asks it."""
+
+    kind = GIVEN
+
+    @abstractmethod
+    def at(self, t: float) -> PoseSample:
+        """Return the pose and its rate at time `t` [s]."""
+
+    def row(self, t: float) -> Array:
+        """Return the same as kernels read it (18,): a pose row and the twist."""
+        sample = self.at(t)
+        return np.concatenate((pose_row(sample.T_world_target), sample.twist_world))
+
+
+class CompiledTrajectory(PoseTrajectory):
+    """A trajectory that a kernel evaluates, from `numbers` and the row of what it rides on.
+
+    `kind` is its number in `targets`, where the kernels are called.
+    """
+
+    @property
+    @abstractmethod
+    def numbers(self) -> Array:
+        """What the kernel needs (k,)."""
+
+    @property
+    def rides_on(self) -> PoseTrajectory | None:
+        """The trajectory of the body that carries this one, if there is one."""
+        return None
+
+    @abstractmethod
+    def row(self, t: float) -> Array:
+        """Return pose row and twist (18,) at time `t` [s]."""
+
+    def at(self, t: float) -> PoseSample:
+        """Return the pose and its rate at time `t` [s]."""
+        row = self.row(t)
+        T = pin.SE3(row[:9].reshape(3, 3).T.copy(), row[9:12].copy())
+        return PoseSample(T, row[12:].copy())

@@ -1,0 +1,46 @@
+"""The force that pushes an object as it is wanted to travel: a profile and what viscosity asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from equipoise.compiled import compiled, entrance
+from equipoise.spatial import Array
+from equipoise.trajectories.profile import Profile, profile_at
+from equipoise.trajectories.scalar import PUSHING, CompiledScalar
+from equipoise.trajectories.travel import Travel, travelled
+
+
+@dataclass(frozen=True)
+class PushingForce(CompiledScalar):
+    """The `profile` [N] plus `viscosity` [N s/m] times the speed of the wanted `travel`."""
+
+    profile: Profile
+    viscosity: float
+    travel: Travel
+    kind = PUSHING
+
+    @cached_property
+    def numbers(self) -> Array:
+        """The travel's numbers, the viscosity, and the profile's numbers."""
+        return np.concatenate((self.travel.numbers, [self.viscosity], self.profile.numbers))
+
+    def at(self, t: float) -> float:
+        """Return the wanted force [N] at time `t` [s]."""
+        return pushing_alone(self.numbers, float(t))
+
+
+@compiled
+def pushing_at(numbers: np.ndarray, t: float) -> float:
+    """Return the force at time t; see `PushingForce.numbers`."""
+    _, speed, _ = travelled(numbers, t)
+    return profile_at(numbers[4:], t) + numbers[3] * speed
+
+
+@entrance
+def pushing_alone(numbers: np.ndarray, t: float) -> float:
+    """Return one pushing force."""
+    return pushing_at(numbers, t)

@@ -1,0 +1,492 @@
+"""The whole controller in one object: robot, contacts, levels of tasks, gains, supervisor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from equipoise.compiled.workspace import Workspace
+from equipoise.contacts import Contact, ContactSchedule, ContactStack
+from equipoise.control import (
+    Command,
+    ControlGains,
+    Controller,
+    ControlStatus,
+    Measurement,
+    PassivityController,
+    ReactionBounds,
+    Reference,
+    Supervisor,
+    SupervisorLimits,
+)
+from equipoise.control.passivity.law import STATUS, require_period, require_support
+from equipoise.control.passivity.program import LawProgram
+from equipoise.control.supervisor import Mode
+from equipoise.errors import InputError, NameNotFoundError, ShapeError
+from equipoise.hqp import Hierarchy, HierarchySolver, Solution, Status, make_solver
+from equipoise.kinematics.tree import fill_tree, tree_of
+from equipoise.motion import MotionGenerator
+from equipoise.motion.generator import STAGES, STATUS_OF
+from equipoise.motion.memory import STATUS as MOTION_STATUS
+from equipoise.motion.program import MotionProgram
+from equipoise.robots import Robot
+from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_array, real_vector
+from equipoise.tasks import Task
+from equipoise.trajectories import Fade
+from equipoise.trajectories.scalar import GIVEN
+from equipoise.trajectories.scalars import (
+    Scalar,
+    fill_scalars,
+    kind_of,
+    scalar_shapes,
+    value_of,
+)
+from equipoise.wbc.memory import FADING, PERIOD, POSTURE_ERROR, TILT, meeting_shapes
+from equipoise.wbc.tick import (
+    ASKED,
+    BEGIN_LAW,
+    BEGIN_MOTION,
+    MEASURED,
+    MOVE,
+    RUN_LAW,
+    SUPERVISED,
+    WANT,
+    WHOLE,
+    tick,
+)
+
+Wrenches = Array | Mapping[str, Array]
+NewController = Callable[[ContactStack], Controller]
+
+
+@dataclass(frozen=True)
+class ControlSettings:
+    """How a robot is controlled.
+
+    `period` [s] of a tick; `gains` of the law; `bounds` on the supporting reactions (None: the
+    least costly ones); `filter_time` [s] of the reaction observer; `limits` of the supervisor;
+    `solver` of the hierarchy, by name.
+    """
+
+    gains: ControlGains
+    period: float = 0.001
+    bounds: ReactionBounds | None = None
+    filter_time: float = 0.0
+    limits: SupervisorLimits = field(default_factory=SupervisorLimits)
+    solver: str = "active_set"
+
+
+class WholeBodyCommand:
+    """What a tick gives: `tau` (na,) [N m], the reference it was for, and how it came about.
+
+    `q_ref` (nq,), `v_ref` (nv,): the reference of this moment. `status` of the law, `mode` of the
+    supervisor. `u` (nv,), `s` (nv,), `base_reaction` (k,) as in `Command`, empty where the
+    controller has none. The hierarchy and its solution are put together when they are asked for,
+    which has to be before the next tick.
+    """
+
+    __slots__ = ("_ends", "_owner", "_stamp", "mode", "result", "status", "t")
+
+    def __init__(
+        self, t: float, status: ControlStatus, result: Array, owner: WholeBodyController
+    ) -> None:
+        self.t, self.status, self.result, self._owner = t, status, result, owner
+        self.mode, self._ends, self._stamp = owner.supervisor.mode, owner.ends, owner.motion.stamp
+
+    @property
+    def q_ref(self) -> Array:
+        """The reference configuration (nq,)."""
+        return self.result[: self._ends[0]]
+
+    @property
+    def v_ref(self) -> Array:
+        """The reference velocity (nv,)."""
+        return self.result[self._ends[0] : self._ends[1]]
+
+    @property
+    def tau(self) -> Array:
+        """The torque (na,) [N m]."""
+        return self.result[self._ends[1] : self._ends[2]]
+
+    @property
+    def u(self) -> Array:
+        """The fully actuated law (nv,)."""
+        return self.result[self._ends[2] : self._ends[3]]
+
+    @property
+    def s(self) -> Array:
+        """The extended error (nv,)."""
+        return self.result[self._ends[3] : self._ends[4]]
+
+    @property
+    def base_reaction(self) -> Array:
+        """The change F (k,) of the supporting reactions."""
+        return self.result[self._ends[4] :]
+
+    @property
+    def motion_status(self) -> Status:
+        """How the hierarchy was solved, as far as the solver knows."""
+        return self._owner.motion_status
+
+    @property
+    def hierarchy(self) -> Hierarchy:
+        """The hierarchy of this tick."""
+        return self._solved()[0]
+
+    @property
+    def solution(self) -> Solution:
+        """Its solution."""
+        return self._solved()[1]
+
+    def _solved(self) -> tuple[Hierarchy, Solution]:
+        self._owner.motion.require(self._stamp)
+        return self._owner.motion.solved()
+
+
+class WholeBodyController:
+    """Turns a measured state into torques: motion generation, law and supervisor, tick by tick.
+
+    `levels` are tasks, highest priority first; level 0 usually holds a `ContactTask`. `contacts`
+    are what the law knows to hold, a stack or a schedule. `wanted_forces` gives by contact the
+    wanted multiplier of each regulated row as a function of time. `fades` tells which tasks come
+    and go. With the passivity law and our own solver a tick is one call of a kernel; `controller`
+    makes another one, whose ticks are then its own.
+    Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        levels: Sequence[Sequence[Task]],
+        contacts: ContactStack | ContactSchedule,
+        settings: ControlSettings,
+        q_start: Array,
+        *,
+        wanted_forces: Mapping[str, Sequence[Scalar]] | None = None,
+        fades: Mapping[str, Fade] | None = None,
+        controller: NewController | None = None,
+    ) -> None:
+        require_period(settings.period)
+        self.robot, self.settings, self.dt = robot, settings, float(settings.period)
+        if isinstance(contacts, ContactStack):
+            contacts = ContactSchedule(contacts.contacts, {})
+        self.schedule = contacts
+        self._held = contacts.at(0.0)
+        require_support(robot, self._held)
+        self._take_wanted(contacts.contacts, dict(wanted_forces or {}))
+        q = real_vector("q_start", q_start, robot.nq)
+        self.motion = self._make_motion(levels, q, dict(fades or {}))
+        self.motion.lay_out_again = self._lay_out_again
+        self._law_program = LawProgram(robot, contacts.contacts, settings.bounds)
+        self._lay_out(self._law_program)
+        self.law: PassivityController | None = None
+        self.controller: Controller
+        if controller is None:
+            self.controller = self.law = self._make_law()
+        else:
+            self.controller = controller(self._held)
+        self.supervisor = Supervisor(self.controller, settings.limits)
+        self._fused = self._runs_in_one_call()
+        self._hold(self._held)
+
+    # -- putting together -----------------------------------------------------------------------
+
+    def _take_wanted(
+        self, contacts: Sequence[Contact], wanted: dict[str, Sequence[Scalar]]
+    ) -> None:
+        """Note the scalars that are wanted, row by row."""
+        names = [contact.name for contact in contacts]
+        for name in wanted:
+            if name not in names:
+                raise NameNotFoundError("contact", name, names)
+        self.scalars: list[Scalar] = []
+        self.rows: dict[str, int] = {}  # "contact/row": number of its scalar
+        for contact in contacts:
+            given = list(wanted.get(contact.name, ()))
+            if len(given) != len(contact.regulated):
+                raise InputError(
+                    f"contact {contact.name!r} has {len(contact.regulated)} regulated rows, and "
+                    f"{len(given)} wanted forces were given",
+                    known=contact.regulated,
+                    remedy="Give a wanted force for each regulated row, in their order",
+                )
+            for label, scalar in zip(contact.regulated, given, strict=True):
+                self.rows[f"{contact.name}/{label}"] = len(self.scalars)
+                self.scalars.append(scalar)
+        self._given = [k for k, one in enumerate(self.scalars) if kind_of(one) == GIVEN]
+
+    def _make_motion(
+        self, levels: Sequence[Sequence[Task]], q: Array, fades: dict[str, Fade]
+    ) -> MotionGenerator:
+        solver_name = self.settings.solver
+
+        def new_solver() -> HierarchySolver:
+            return make_solver(solver_name)
+
+        return MotionGenerator(self.robot, levels, new_solver, self.dt, q, fades=fades)
+
+    def _lay_out(self, program: LawProgram) -> None:
+        """Put motion and law into one workspace."""
+        robot, motion = self.robot, self.motion
+        frames = list(
+            dict.fromkeys([*motion.program.frames, *map(robot.frame_id, program.contacts.frames())])
+        )
+        own = motion.program.shapes(len(frames))
+        extra = {name: own.pop(name) for name in list(own) if name.startswith(("pairs", "search"))}
+        workspace = Workspace(
+            {
+                "tree": tree_of(robot.model, frames),
+                **own,
+                "scalars": scalar_shapes(self.scalars),
+                **program.shapes(len(frames)),
+                "meeting": meeting_shapes(len(self.scalars)),
+                **extra,
+            },
+            (*motion.program.memory, *program.memory),
+            STAGES,
+        )
+        fill_tree(workspace.tree, robot.model, frames)
+
+        def number_of(frame: str | int) -> int:
+            return frames.index(robot.frame_id(frame))
+
+        motion.program.fill(workspace, number_of)
+        program.fill(workspace, number_of)
+        fill_scalars(workspace.parts["scalars"], self.scalars)
+        motion.work_in(workspace, motion.program, motion.q_ref)
+        self.workspace = workspace
+        self._blocks = (workspace.floats, workspace.integers, workspace.tables)
+        self._write_meeting()
+
+    def _lay_out_again(self, t: float) -> None:
+        """Make room for tasks that have other rows than before; only the search's memory goes."""
+        motion, before, offsets = self.motion, self.workspace.memory(), self.offsets.copy()
+        kin = motion.kinematics(t)
+        motion.program = MotionProgram(self.robot, motion.levels, motion.fades, kin, t)
+        self._lay_out(self._law_program)
+        if self.law is not None:
+            self.law.move_into(self.workspace, MEASURED)
+        now = self.workspace.memory()
+        kept = {
+            name: values if name.startswith("search") or values.shape != before[name].shape
+            else before[name] for name, values in now.items()
+        }  # fmt: skip
+        self.workspace.restore(kept)
+        self.offsets[:] = offsets
+        self._fused = self._runs_in_one_call()
+        self._hold(self._held)
+
+    def _runs_in_one_call(self) -> bool:
+        return self.law is not None and self.motion.one_call and not self.law.asks_python
+
+    def _make_law(self) -> PassivityController:
+        settings = self.settings
+        return PassivityController(
+            self.robot, self._held, settings.gains, self.dt, bounds=settings.bounds,
+            filter_time=settings.filter_time, inside=(self.workspace, self._law_program, MEASURED),
+        )  # fmt: skip
+
+    def _write_meeting(self) -> None:
+        meeting, limits = self.workspace.parts["meeting"], self.settings.limits
+        meeting.numbers[PERIOD] = self.dt
+        meeting.numbers[POSTURE_ERROR], meeting.numbers[TILT] = limits.posture_error, limits.tilt
+        meeting.flags[FADING] = bool(self.motion.fades)
+        robot = self.robot
+        sizes = (robot.nq, robot.nv, robot.na, robot.nv, robot.nv)
+        self.ends = tuple(np.cumsum(sizes).tolist())
+
+    def _hold(self, stack: ContactStack) -> None:
+        """Note which contacts hold, and what they want."""
+        self._held = stack
+        self._rows_held = stack.size
+        wanted = [
+            self.rows[f"{contact.name}/{label}"]
+            for contact in stack.contacts
+            for label in contact.regulated
+        ]
+        self.workspace.parts["meeting"].wanted_of[: len(wanted)] = wanted
+        self._wanted_held = wanted
+        self._size = self.ends[-1] + stack.supporting_rows.size
+
+    # -- running --------------------------------------------------------------------------------
+
+    @property
+    def contacts(self) -> ContactStack:
+        """The contacts that hold now."""
+        return self._held
+
+    @property
+    def motion_status(self) -> Status:
+        """How the last hierarchy was solved."""
+        return STATUS_OF[int(self.workspace.parts["tasks"].flags[MOTION_STATUS])]
+
+    @property
+    def wanted(self) -> Array:
+        """The multipliers wanted at the last tick (k,), in the order of `rows`."""
+        return self.workspace.parts["scalars"].values[: len(self.scalars)] + self.offsets
+
+    @property
+    def offsets(self) -> Array:
+        """What a person adds to the wanted multipliers (k,), in the order of `rows`."""
+        return self.workspace.parts["scalars"].offsets[: len(self.scalars)]
+
+    def step(self, t: float, q: Array, v: Array, wrenches: Wrenches) -> WholeBodyCommand:
+        """Return the command at time `t` [s] for a measured state.
+
+        `q` (nq,), `v` (nv,); `wrenches` are the multipliers of the contacts that hold, stacked
+        (r,) or by the name of the contact. Never raises on values, never exceeds a torque limit.
+        Raises: `ShapeError`, `InputError` for what is no array of the right size.
+        """
+        stack = self.schedule.at(t)
+        if stack is not self._held:
+            self.controller.switch(stack)
+            self._hold(stack)
+        q, v, lam = self._checked(q, v, wrenches)
+        self.motion.stamp += 1
+        if self._given:
+            self._write_given(t)
+        if self._fused and self.supervisor.mode is Mode.RUN:
+            return self._in_one(t, q, v, lam)
+        return self._in_parts(t, q, v, lam)
+
+    def _in_one(self, t: float, q: Array, v: Array, lam: Array) -> WholeBodyCommand:
+        result = np.empty(self._size)
+        if self.motion.asks_before:
+            self.motion.program.write_before(self.workspace, t)
+        code = tick(*self._blocks, t, q, v, lam, WHOLE, result)
+        if code == ASKED:
+            self.motion.program.ask_coal(self.workspace)
+            code = tick(*self._blocks, t, q, v, lam, WHOLE & ~BEGIN_MOTION, result)
+        if code in SUPERVISED:
+            return self._supervised(t, q, v, lam, result)
+        self.supervisor.saw(Measurement(q, v, lam))
+        return WholeBodyCommand(t, STATUS[code], result, self)
+
+    def _in_parts(self, t: float, q: Array, v: Array, lam: Array) -> WholeBodyCommand:
+        """Run a tick in which Python has a say: in tasks, solver, contacts, controller or mode."""
+        self.motion.solve(t)
+        result = np.empty(self._size)
+        tick(*self._blocks, t, q, v, lam, WANT, result)
+        if self.law is None or self.law.asks_python or self.supervisor.mode is not Mode.RUN:
+            return self._supervised(t, q, v, lam, result)
+        code = tick(*self._blocks, t, q, v, lam, BEGIN_LAW | RUN_LAW | MOVE, result)
+        if code in SUPERVISED:
+            return self._supervised(t, q, v, lam, result)
+        self.supervisor.saw(Measurement(q, v, lam))
+        return WholeBodyCommand(t, STATUS[code], result, self)
+
+    def _supervised(
+        self, t: float, q: Array, v: Array, lam: Array, result: Array
+    ) -> WholeBodyCommand:
+        """Let the supervisor run the controller on the reference of the moment, and move on."""
+        parts = self.workspace.parts
+        q_ref, v_ref = parts["reference"].q.copy(), parts["tasks"].v_ref.copy()
+        lam_ref = parts["law"].lam_ref[: len(self._wanted_held)].copy()
+        measured, reference = Measurement(q, v, lam), Reference(q_ref, v_ref, lam_ref)
+        command = self.supervisor.step(t, measured, reference)
+        self._write(result, reference, command)
+        tick(*self._blocks, t, q, v, lam, MOVE, result)
+        return WholeBodyCommand(t, command.status, result, self)
+
+    def _write(self, result: Array, reference: Reference, command: Command) -> None:
+        """Write a command that came about outside of the kernel."""
+        result[:] = 0.0
+        pieces = (reference.q_ref, reference.v_ref, command.tau, command.u, command.s)
+        for end, piece in zip(self.ends, pieces, strict=True):
+            result[end - len(piece) : end] = piece
+        result[self.ends[-1] :] = command.base_reaction if len(command.base_reaction) else 0.0
+
+    def _write_given(self, t: float) -> None:
+        values = self.workspace.parts["scalars"].values
+        for k in self._given:
+            values[k] = value_of(self.scalars[k], t)
+
+    def _checked(self, q: Array, v: Array, wrenches: Wrenches) -> tuple[Array, Array, Array]:
+        if isinstance(wrenches, Mapping):
+            wrenches = self._stacked(wrenches)
+        robot = self.robot
+        return (
+            _vector("q", q, robot.nq),
+            _vector("v", v, robot.nv),
+            _vector("wrenches", wrenches, self._rows_held),
+        )
+
+    def _stacked(self, wrenches: Mapping[str, Array]) -> Array:
+        """Return the multipliers of the contacts that hold, one after the other."""
+        rows = self._held.rows
+        for name in rows:
+            if name not in wrenches:
+                raise NameNotFoundError("wrench of contact", name, wrenches)
+        return np.concatenate([np.zeros(0), *(np.asarray(wrenches[name]) for name in rows)])
+
+    def hold(self, t: float, last: WholeBodyCommand) -> WholeBodyCommand:
+        """Return the last command again for time `t` [s], while the reference moves on.
+
+        For a tick in which nothing was measured or the controller comes too late.
+        """
+        stack = self.schedule.at(t)
+        if stack is not self._held:
+            self.controller.switch(stack)
+            self._hold(stack)
+        self.motion.stamp += 1
+        if self._given:
+            self._write_given(t)
+        self.motion.solve(t)
+        result = last.result.copy()
+        result[: self.ends[0]] = self.workspace.parts["reference"].q
+        result[self.ends[0] : self.ends[1]] = self.workspace.parts["tasks"].v_ref
+        nothing = np.zeros(0)
+        tick(*self._blocks, t, nothing, nothing, nothing, WANT | MOVE, result)
+        return WholeBodyCommand(t, last.status, result, self)
+
+    def take_over(self, tau: Array) -> None:
+        """Begin from joint torques `tau` (na,) [N m] that are measured now, without a jump.
+
+        Raises: `ShapeError`, `NonFiniteError`.
+        """
+        self.controller.take_over(tau)
+
+    @property
+    def story(self) -> tuple[str, ...]:
+        """Every change of the mode, and what soles were about to do, in sentences."""
+        notes = self.law.notes if self.law is not None else {}
+        near = (f"t = {t:.3f} s: {what}, if it goes on like this" for what, t in notes.items())
+        return (*(str(change) for change in self.supervisor.changes), *near)
+
+    # -- memory ---------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """Return a copy of the whole memory: reference, working sets, law and supervisor."""
+        held = next(i for i, one in enumerate(self.schedule.stacks) if one is self._held)
+        state = {
+            "workspace": self.workspace.memory(),
+            "supervisor": self.supervisor.state(),
+            "held": held,
+        }
+        if self.law is None:
+            state["controller"] = self.controller.state()
+        return state
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue from a memory that `state` returned: the same inputs then give the same bits."""
+        stack = self.schedule.stacks[state["held"]]
+        if self.law is not None:
+            self.law.hold(stack)
+        self._hold(stack)
+        self.workspace.restore(state["workspace"])
+        self.supervisor.restore(state["supervisor"])
+        if self.law is None:
+            self.controller.restore(state["controller"])
+
+
+def _vector(name: str, values: Any, size: int) -> Array:
+    """Return values as the kernels want them, without a copy where they are that already."""
+    if type(values) is np.ndarray and values.dtype == np.float64 and values.flags.carray:
+        if values.shape != (size,):
+            raise ShapeError(name, values.shape, (size,))
+        return values
+    return real_array(name, values, (size,), finite=False)

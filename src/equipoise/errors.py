@@ -120,5 +120,9 @@ class ScenarioError(InputError):
         super().__init__(prefix + problem, given=given, known=known, remedy=remedy)
 
 
+class AdviceWarning(UserWarning):
+    """What was asked for can be run, but had better be otherwise; the message says why and how."""
+
+
 class RunLogError(EquipoiseError):
     """A run folder or a log that cannot be written or read."""

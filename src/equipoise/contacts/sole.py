@@ -18,6 +18,7 @@ from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.robots import Sole
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
+from equipoise.spatial.numbers import positive
 
 FRICTION = 0.7  # coefficient between a sole and the ground, unless another is given
 
@@ -66,6 +67,10 @@ class SoleContact(KernelContact):
     sole: Sole
     friction: float = FRICTION
     T_world_anchor: pin.SE3
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        positive(f"the friction of contact {self.name!r}", self.friction)
 
     @classmethod
     def standing(

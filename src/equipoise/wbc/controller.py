@@ -22,7 +22,7 @@ from equipoise.control import (
     Supervisor,
     SupervisorLimits,
 )
-from equipoise.control.passivity.law import STATUS, require_period, require_support
+from equipoise.control.passivity.law import STATUS, require_support
 from equipoise.control.passivity.program import LawProgram
 from equipoise.control.supervisor import Mode
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
@@ -34,7 +34,7 @@ from equipoise.motion.memory import STATUS as MOTION_STATUS
 from equipoise.motion.program import MotionProgram
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_array, real_vector
+from equipoise.spatial.numbers import real_array, real_vector, require_period
 from equipoise.tasks import Task
 from equipoise.trajectories import Fade
 from equipoise.trajectories.scalar import GIVEN
@@ -170,8 +170,8 @@ class WholeBodyController:
         fades: Mapping[str, Fade] | None = None,
         controller: NewController | None = None,
     ) -> None:
-        require_period(settings.period)
-        self.robot, self.settings, self.dt = robot, settings, float(settings.period)
+        self.robot, self.settings = robot, settings
+        self.dt = require_period(settings.period)
         if isinstance(contacts, ContactStack):
             contacts = ContactSchedule(contacts.contacts, {})
         self.schedule = contacts

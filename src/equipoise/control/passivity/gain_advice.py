@@ -9,9 +9,10 @@ import pinocchio as pin
 import scipy.linalg
 
 from equipoise.contacts import ContactStack
-from equipoise.errors import InputError
 from equipoise.robots import Robot
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, positive, require_period
+from equipoise.spatial.numbers import share as fraction
 
 
 @dataclass(frozen=True)
@@ -58,10 +59,14 @@ def advise_gains(
 
     `kappa` [1/s] is taken as given, or chosen as `share` of the bound on rigid contacts.
     `rotor_inertia` [kg m^2] of every joint, as seen behind its gear, is added to M.
-    Raises: `InputError` if the period is not positive.
+    Raises: `InputError` for a number that is not finite or has the wrong sign.
     """
-    if not dt > 0.0:
-        raise InputError("the control period must be positive", given=dt)
+    require_period(dt)
+    positive("alpha", alpha, "1/s")
+    fraction("share", share)
+    not_negative("rotor_inertia", rotor_inertia, "kg m^2")
+    if kappa is not None:
+        positive("kappa", kappa, "1/s")
     M = inertia_matrix(robot, q_0)
     motors = range(robot.nv_base, robot.nv)
     M[motors, motors] += rotor_inertia
@@ -119,8 +124,10 @@ def advise_for_soft_floor(
     the two do not swing against each other.
     Raises: `InputError` if a time or the reserve is not positive.
     """
-    if not (delay > 0.0 and dt > 0.0 and reserve > 0.0):
-        raise InputError("delay, period and reserve must be positive", given=(delay, dt, reserve))
+    require_period(dt)
+    positive("delay", delay, "s")
+    positive("reserve", reserve)
+    not_negative("k_ip", k_ip, "rad/s^2")
     wanted = reserve * (delay + 1.5 * dt)
     # With alpha proportional to kappa the margin is inversely proportional to kappa.
     kappa = delay_margin(1.0, 0.2) / wanted

@@ -23,6 +23,7 @@ from equipoise.physics.mujoco.simulated_objects import SimulatedObjects
 from equipoise.physics.pushed_object import PushedObject, PushedObjectMode, PushedObjectState
 from equipoise.robots import Robot
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import require_period
 
 OPENING_ERROR = 1e-9  # [s]
 
@@ -37,7 +38,8 @@ class MujocoEngine:
 
     Args: `robot` is the true robot; `pushed` maps a slider to the name of the loose object it
     stands for and the unit vector (3,) along which its travel counts.
-    Raises: `InputError` if mujoco is not installed or cannot be given the world.
+    Raises: `InputError` if mujoco is not installed or cannot be given the world, or for a period
+    that is not positive.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class MujocoEngine:
         pushed: Mapping[PushedObject, tuple[str, Array]] | None = None,
         v_start: Array | None = None,
     ) -> None:
+        control_dt = require_period(control_dt)
         self.mujoco = load_mujoco()
         silence_log_file(self.mujoco)
         self.options = options or MujocoOptions()

@@ -16,8 +16,9 @@ TASKS = Arrays(
  FLAGS) = range(len(TASKS.names))  # fmt: skip
 
 # entries of `flags`: whether a task needs the centre of mass; which part of the workspace the first
-# search is; how many searches there are, and how many the last tick used; how it went
-NEEDS_COM, SEARCHES_FROM, SEARCHES, USED, STATUS = range(5)
+# search is; how many searches there are, and how many the last tick used; how it went; whether a
+# task needs the velocity of the tick before, and whether the motion that it makes
+NEEDS_COM, SEARCHES_FROM, SEARCHES, USED, STATUS, NEEDS_BEFORE, NEEDS_MOTION = range(7)
 
 
 def task_shapes(
@@ -36,5 +37,5 @@ def task_shapes(
     return TASKS.shapes(
         rates=k, numbers=max(numbers, 1), contact_rate=c, window=(c, 2), fades=(f, 3), weights=f,
         shares=f + 1, thresholds=f + 1, blended=nv, v_ref=nv, kind=k, frame=k, target=k,
-        first=k + 1, at=k, pairs=k, contact_at=c, contact_held=c, fade_of=max(rows, 1), flags=5,
+        first=k + 1, at=k, pairs=k, contact_at=c, contact_held=c, fade_of=max(rows, 1), flags=7,
     )  # fmt: skip

@@ -135,13 +135,20 @@ def require_rate(name: str, rate: float) -> float:
 
 
 def require_rates(tasks: Sequence[Task], period: float) -> None:
-    """Refuse tasks that would overshoot in one period [s] what they approach.
+    """Refuse tasks made for another period [s], or that would overshoot in one what they approach.
 
     A step of Euler takes `rate * period` of the way to a target or a bound: above one it goes past
     it, above two further each time, and a bound on a velocity no longer keeps a position.
     Raises: `InputError`.
     """
     for task in tasks:
+        wanted = getattr(task, "period", period)
+        if wanted != period:
+            raise InputError(
+                f"task {task.name!r} was made for another period than the generator's",
+                given={"task": wanted, "generator": period},
+                remedy="Give both the same [s]",
+            )
         rate = task.fastest_rate
         if rate * period > 1.0 + _ROUNDING:
             raise InputError(

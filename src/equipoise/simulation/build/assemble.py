@@ -17,7 +17,12 @@ from equipoise.simulation.build.engines import make_engine
 from equipoise.simulation.build.fades import build_fades
 from equipoise.simulation.build.forces import wanted_forces
 from equipoise.simulation.build.gains import gains_of, to_control_gains
-from equipoise.simulation.build.levels import APPROACH_TIME, build_levels, build_start_levels
+from equipoise.simulation.build.levels import (
+    APPROACH_TIME,
+    build_levels,
+    build_start_levels,
+    tell_slowed,
+)
 from equipoise.simulation.build.setup import Setup, build_setup
 from equipoise.simulation.robot_interface import SimulatedRobot
 from equipoise.spatial import Array
@@ -29,7 +34,8 @@ from equipoise.wbc import ControlSettings, NewController, WholeBodyController
 class Assembly:
     """Everything of one run, put together.
 
-    `q_start` (nq,) is the starting posture, `advice` what the gain adviser said.
+    `q_start` (nq,) is the starting posture, `advice` what the gain adviser said, `told` what was
+    told before the run.
     """
 
     scenario: schema.Scenario
@@ -39,6 +45,7 @@ class Assembly:
     advice: GainAdvice
     controller: WholeBodyController
     plant: SimulatedRobot
+    told: tuple[str, ...] = ()
 
     @property
     def engine(self) -> PhysicsEngine:
@@ -53,6 +60,7 @@ def assemble(scenario: schema.Scenario) -> Assembly:
     """
     setup = build_setup(scenario)
     check_waypoints(scenario, setup)
+    told = tell_slowed(scenario)
     levels = build_levels(scenario, setup)
     q_start = starting_posture(scenario, setup)
     check_contacts(setup, q_start, setup.reference_schedule.at(0.0))
@@ -71,7 +79,7 @@ def assemble(scenario: schema.Scenario) -> Assembly:
     plant = SimulatedRobot(scenario, setup.robot, setup.contacts, engine)
     if scenario.control.start == "standing":
         controller.take_over(engine.stand())
-    return Assembly(scenario, setup, levels, q_start, advice, controller, plant)
+    return Assembly(scenario, setup, levels, q_start, advice, controller, plant, told)
 
 
 def _controller(

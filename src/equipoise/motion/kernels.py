@@ -54,6 +54,8 @@ from equipoise.kinematics.manifold import integrate
 from equipoise.motion.memory import (
     AT,
     BLENDED,
+    CLOCK,
+    CLOCK_RATE,
     CONTACT_AT,
     CONTACT_HELD,
     CONTACT_RATE,
@@ -100,7 +102,7 @@ from equipoise.tasks.view import (
 )
 from equipoise.trajectories.fade import fade_weight
 from equipoise.trajectories.targets import ROWS as TARGET_ROWS
-from equipoise.trajectories.targets import evaluate_targets
+from equipoise.trajectories.targets import evaluate_targets, slow_targets
 
 WORK_LIMIT = 1000
 
@@ -134,6 +136,9 @@ def motion_begin(m: MotionBlocks, t: float) -> int:
     if flags[NEEDS_MOTION]:
         move_joints(m.tree, m.state)
     evaluate_targets(m.targets, t)
+    rate = vector(m.tasks, CLOCK)[CLOCK_RATE]
+    if rate != 1.0:
+        slow_targets(m.targets, rate)
     hold_contacts(m, t)
     kind, part, asked = integers(m.tasks, KIND), integers(m.tasks, PAIRS_PART), 0
     for k in range(kind.shape[0]):

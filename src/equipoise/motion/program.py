@@ -20,6 +20,7 @@ from equipoise.hqp.solvers.active_set.memory import (
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import state_shapes
 from equipoise.motion.memory import (
+    CLOCK_RATE,
     NEEDS_BEFORE,
     NEEDS_COM,
     NEEDS_MOTION,
@@ -139,7 +140,7 @@ class MotionProgram:
         searches = (
             f"search{k}.{name}" for k in range(len(self.fades) + 1) for name in SEARCH_MEMORY
         )
-        return ("reference.q", "tasks.v_ref", *searches)
+        return ("reference.q", "tasks.v_ref", "tasks.clock", *searches)
 
     def fill(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:
         """Write the constants; `number_of` a frame is its number in the tree."""
@@ -176,6 +177,8 @@ class MotionProgram:
         part.flags[NEEDS_COM] = bool(kinds & {COM_POLYGON, FLOOR_SUPPORT})
         part.flags[NEEDS_BEFORE] = bool(kinds & {JOINT_ACCELERATIONS, FLOOR_SUPPORT})
         part.flags[NEEDS_MOTION] = FLOOR_SUPPORT in kinds
+        part.clock[:] = 0.0
+        part.clock[CLOCK_RATE] = 1.0
         part.flags[SEARCHES_FROM] = list(workspace.parts).index("search0")
         part.flags[SEARCHES] = len(self.fades) + 1
         part.fade_of[:] = -1

@@ -29,6 +29,7 @@ from equipoise.scenarios.schema.contacts import (
 from equipoise.scenarios.schema.control import (
     ControlSpec,
     GainsSpec,
+    GovernorSpec,
     SignSpec,
 )
 from equipoise.scenarios.schema.disturbances import (
@@ -87,6 +88,7 @@ __all__ = [
     "FramePathSpec",
     "GainsSpec",
     "GazeSpec",
+    "GovernorSpec",
     "GraspContactSpec",
     "HandOnObjectSpec",
     "HeldObject",

@@ -41,10 +41,10 @@ class FramePathSpec(TaskBase):
     """A frame follows waypoints of its own; with `travel_of` it also goes along with a slider.
 
     `speed` [m/s], `acceleration` [m/s^2], `turn` [rad/s] and `turn_acceleration` [rad/s^2] bound
-    the way: legs that are faster take longer, and it is told. Twice speed and turn are also the
-    most that is asked of the frame while it is behind. `damping` asks the joints, on the frame's
-    own level, to stay the more the farther the frame is from its target: for targets that may lie
-    out of reach.
+    the way: legs that are faster take longer, and it is told. `pull` [m/s] and `pull_turn` [rad/s]
+    are the most that is asked of the frame while it is behind. `damping` asks the joints, on the
+    frame's own level, to stay the more the farther the frame is from its target: for targets that
+    may lie out of reach.
     """
 
     kind: Literal["frame_path", "frame_way"]
@@ -56,6 +56,8 @@ class FramePathSpec(TaskBase):
     acceleration: Positive | None = None
     turn: Positive | None = None
     turn_acceleration: Positive | None = None
+    pull: Positive | None = None
+    pull_turn: Positive | None = None
     damping: NotNegative = 0.0
 
     @model_validator(mode="after")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from equipoise.control import GainAdvice, ReactionBounds, advise_gains
+from equipoise.control import GainAdvice, ReactionBounds, advise_for_postures, advise_gains
 from equipoise.control.kinds import controller_maker
 from equipoise.errors import NameNotFoundError
 from equipoise.hqp import make_solver
-from equipoise.motion import solve_posture
+from equipoise.motion import Governor, solve_posture
 from equipoise.physics import PhysicsEngine
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path
@@ -118,7 +118,8 @@ def starting_posture(scenario: schema.Scenario, setup: Setup) -> Array:
 def advise(scenario: schema.Scenario, setup: Setup, q_start: Array) -> GainAdvice:
     """Return what the gain adviser says about the nominal robot at `q_start` (nq,)."""
     gains, physics = gains_of(scenario), scenario.physics
-    return advise_gains(
+    look = advise_for_postures if gains.shape == "postures" else advise_gains
+    return look(
         setup.robot,
         setup.contacts,
         q_start,
@@ -138,4 +139,12 @@ def control_settings(scenario: schema.Scenario, advice: GainAdvice) -> ControlSe
         bounds=ReactionBounds() if control.distribution == "bounded" else None,
         filter_time=control.reaction_filter,
         solver=control.solver,
+        governor=_governor(control.governor),
     )
+
+
+def _governor(spec: schema.GovernorSpec | None) -> Governor | None:
+    if spec is None:
+        return None
+    pairs = ((spec.way[0], spec.way[1]), (spec.turn[0], spec.turn[1]))
+    return Governor(*pairs, (spec.posture[0], spec.posture[1]), spec.fall, spec.rise)

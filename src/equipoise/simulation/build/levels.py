@@ -42,7 +42,6 @@ from equipoise.trajectories import (
     slow_down,
 )
 
-PULL = 2.0  # as many times its speed a frame that is behind may be asked for
 APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
 
 
@@ -130,8 +129,8 @@ def _frame_path(
         frame,
         path,
         rate=spec.rate,
-        speed=np.inf if spec.speed is None else PULL * spec.speed,
-        turn=np.inf if spec.turn is None else PULL * spec.turn,
+        speed=np.inf if spec.pull is None else spec.pull,
+        turn=np.inf if spec.pull_turn is None else spec.pull_turn,
         damping=spec.damping,
         robot=setup.robot,
     )

@@ -189,7 +189,7 @@ class WholeBodyController:
             self.controller = self.law = self._make_law()
         else:
             self.controller = controller(self._held)
-        self.supervisor = Supervisor(self.controller, settings.limits)
+        self.supervisor = Supervisor(self.controller, settings.limits, bounds=settings.bounds)
         self._fused = self._runs_in_one_call()
         self._hold(self._held)
 
@@ -243,7 +243,7 @@ class WholeBodyController:
                 **own,
                 "scalars": scalar_shapes(self.scalars),
                 **program.shapes(len(frames)),
-                "meeting": meeting_shapes(len(self.scalars)),
+                "meeting": meeting_shapes(len(self.scalars), robot.na),
                 **extra,
             },
             (*motion.program.memory, *program.memory),
@@ -296,6 +296,7 @@ class WholeBodyController:
         meeting.numbers[POSTURE_ERROR], meeting.numbers[TILT] = limits.posture_error, limits.tilt
         meeting.flags[FADING] = bool(self.motion.fades)
         robot = self.robot
+        meeting.fastest[:] = limits.overspeed * robot.v_max
         sizes = (robot.nq, robot.nv, robot.na, robot.nv, robot.nv)
         self.ends = tuple(np.cumsum(sizes).tolist())
 
@@ -363,8 +364,9 @@ class WholeBodyController:
             code = tick(*self._blocks, t, q, v, lam, WHOLE & ~BEGIN_MOTION, result)
         if code in SUPERVISED:
             return self._supervised(t, q, v, lam, result)
-        self.supervisor.saw(Measurement(q, v, lam))
-        return WholeBodyCommand(t, STATUS[code], result, self)
+        command = WholeBodyCommand(t, STATUS[code], result, self)
+        self.supervisor.saw(t, Measurement(q, v, lam), command.tau)
+        return command
 
     def _in_parts(self, t: float, q: Array, v: Array, lam: Array) -> WholeBodyCommand:
         """Run a tick in which Python has a say: in tasks, solver, contacts, controller or mode."""
@@ -376,8 +378,9 @@ class WholeBodyController:
         code = tick(*self._blocks, t, q, v, lam, BEGIN_LAW | RUN_LAW | MOVE, result)
         if code in SUPERVISED:
             return self._supervised(t, q, v, lam, result)
-        self.supervisor.saw(Measurement(q, v, lam))
-        return WholeBodyCommand(t, STATUS[code], result, self)
+        command = WholeBodyCommand(t, STATUS[code], result, self)
+        self.supervisor.saw(t, Measurement(q, v, lam), command.tau)
+        return command
 
     def _supervised(
         self, t: float, q: Array, v: Array, lam: Array, result: Array

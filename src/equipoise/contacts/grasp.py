@@ -23,6 +23,7 @@ from equipoise.kinematics.kernels import (
 from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
+from equipoise.spatial.poses import rigid
 
 
 @compiled
@@ -125,6 +126,10 @@ class GraspContact(KernelContact):
     frame_a: str | int
     frame_b: str | int
     T_a_b: pin.SE3
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        rigid(f"T_a_b of contact {self.name!r}", self.T_a_b)
 
     @classmethod
     def holding(

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from equipoise.errors import InputError, NonFiniteError, ShapeError
 from equipoise.spatial.se3 import Array
 
 
-def real_array(name: str, values: object, shape: tuple[int, ...], *, finite: bool = True) -> Array:
-    """Return numbers as a new array of floats of a given shape.
+def real_array(
+    name: str, values: object, shape: tuple[int, ...] | None, *, finite: bool = True
+) -> Array:
+    """Return numbers as a new array of floats of a given shape (None: of any).
 
     Raises: `InputError` if they are no real numbers, `ShapeError`; `NonFiniteError` for a NaN or an
     infinity unless these are allowed.
     """
-    given = np.asarray(values)
+    try:
+        given = np.asarray(values)
+    except (ValueError, TypeError) as error:  # rows of different lengths, for instance
+        raise InputError(f"{name} must hold real numbers", given=type(values).__name__) from error
     if given.dtype.kind not in "fiu":
         raise InputError(
             f"{name} must hold real numbers", given=f"{type(values).__name__} of {given.dtype}"
         )
-    if given.shape != shape:
+    if shape is not None and given.shape != shape:
         raise ShapeError(name, given.shape, shape)
     array = given.astype(float)
     if finite and not np.isfinite(array).all():
@@ -30,3 +37,23 @@ def real_array(name: str, values: object, shape: tuple[int, ...], *, finite: boo
 def real_vector(name: str, values: object, size: int) -> Array:
     """Return a vector (size,) of finite numbers: see `real_array`."""
     return real_array(name, values, (size,))
+
+
+def real_number(name: str, value: object, *, finite: bool = True) -> float:
+    """Return a number as a float.
+
+    Raises: `InputError` if it is none; `NonFiniteError` for a NaN or an infinity unless allowed.
+    """
+    if isinstance(value, np.ndarray) and value.shape == ():
+        value = value[()]
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.number):
+        raise InputError(f"{name} must be a real number", given=value)
+    if isinstance(value, np.complexfloating):
+        raise InputError(f"{name} must be a real number", given=value)
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number beyond all floats
+        number = float("inf")
+    if finite and not math.isfinite(number):
+        raise NonFiniteError(f"{name} is not finite", given=number)
+    return number

@@ -8,7 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from equipoise.compiled import compiled, entrance
+from equipoise.errors import InputError
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_number
+from equipoise.trajectories.base import instant
 from equipoise.trajectories.profile import Profile, profile_at
 from equipoise.trajectories.scalar import PUSHING, CompiledScalar
 from equipoise.trajectories.travel import Travel, travelled
@@ -23,6 +26,15 @@ class PushingForce(CompiledScalar):
     travel: Travel
     kind = PUSHING
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.profile, Profile) or not isinstance(self.travel, Travel):
+            raise InputError(
+                "a pushing force needs a Profile and a Travel",
+                given=(type(self.profile).__name__, type(self.travel).__name__),
+            )
+        if not real_number("the viscosity of a pushing force", self.viscosity) >= 0.0:
+            raise InputError("a viscosity must not be negative [N s/m]", given=self.viscosity)
+
     @cached_property
     def numbers(self) -> Array:
         """The travel's numbers, the viscosity, and the profile's numbers."""
@@ -30,7 +42,7 @@ class PushingForce(CompiledScalar):
 
     def at(self, t: float) -> float:
         """Return the wanted force [N] at time `t` [s]."""
-        return pushing_alone(self.numbers, float(t))
+        return pushing_alone(self.numbers, instant(t))
 
 
 @compiled

@@ -27,6 +27,8 @@ BUILT = {*CONTROL, "wbc", "physics", "scenarios", "runlog", "simulation"}
 BELOW = {
     "errors": set(),
     "renamed": set(),
+    "distances": {"renamed"},
+    "world": {"renamed"},
     "compiled": {"errors"},
     "runlog": {"errors"},
     "spatial": {"errors", "compiled"},

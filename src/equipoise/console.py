@@ -88,7 +88,7 @@ class Progress:
 
 def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
     """Print wanted against achieved, the speed, and where everything is."""
-    table = Table(title=f"{summary['title'] or summary['scenario']} ({summary['robot']})")
+    table = Table(title=escape(f"{summary['title'] or summary['scenario']} ({summary['robot']})"))
     columns: list[tuple[str, JustifyMethod]] = [
         ("", "left"), ("achieved", "right"), ("wanted", "right"), ("", "left"),
     ]  # fmt: skip
@@ -96,7 +96,7 @@ def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
         table.add_column(column, justify=justify)
     for row in summary["metrics"].values():
         mark = {True: "[green]yes", False: "[red bold]NO"}.get(row.get("passed"), "")
-        table.add_row(row["doc"], _quantity(row["value"], row["unit"]), _wanted(row), mark)
+        table.add_row(escape(row["doc"]), _quantity(row["value"], row["unit"]), _wanted(row), mark)
     _console.print(table)
     timing = summary["timing"]
     first = timing["first_wall"]
@@ -111,15 +111,15 @@ def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
     for line in _story(summary):
         _console.print(line, markup=False)
     if summary["ended"] != "completed":
-        _console.print(f"[red bold]Ended early:[/] {summary['note']}")
+        _console.print(f"[red bold]Ended early:[/] {escape(str(summary['note']))}")
     _console.print(f"Result: {'[green]met' if summary['passed'] else '[red bold]not met'}[/]")
-    _console.print(f"Run:     {folder}")
+    _console.print(f"Run:     {folder}", markup=False)
 
 
 def print_figures(folder: Path) -> None:
     """Print where the figures of a run are, if there are any."""
     if (folder / "figures").is_dir():
-        _console.print(f"Figures: {folder / 'figures'}")
+        _console.print(f"Figures: {folder / 'figures'}", markup=False)
 
 
 def _story(summary: Mapping[str, Any]) -> list[str]:
@@ -158,7 +158,7 @@ def print_robot(robot: Robot) -> None:
         table.add_column(escape(column), justify="left" if column == "joint" else "right")
     for i, joint in enumerate(robot.joint_names):
         limits = (robot.q_min[i], robot.q_max[i], robot.v_max[i], robot.tau_max[i])
-        table.add_row(joint, *(f"{x:.3f}" for x in limits))
+        table.add_row(escape(joint), *(f"{x:.3f}" for x in limits))
     _console.print(table)
 
 

@@ -35,6 +35,12 @@ def quoted(value: object) -> str:
     return text
 
 
+def one_line(said: object) -> str:
+    """Return what a library said on one line of a length that can be read."""
+    line = " ".join(str(said).split())
+    return line if len(line) <= 2 * QUOTED_AT_MOST else f"{line[:QUOTED_AT_MOST]} ... {line[-120:]}"
+
+
 class EquipoiseError(Exception):
     """Base of every error that Equipoise raises on purpose."""
 
@@ -131,6 +137,7 @@ class ScenarioError(InputError):
         self.path = path
         self.line = line
         where = f"line {line}, " if line is not None else ""
+        path = path if len(path) <= QUOTED_AT_MOST else f"{path[:80]} ... {path[-40:]}"
         prefix = f"{where}{path}: " if path else where
         super().__init__(prefix + problem, given=given, known=known, remedy=remedy)
 

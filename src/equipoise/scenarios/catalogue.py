@@ -9,6 +9,7 @@ from equipoise.errors import NameNotFoundError, ScenarioError
 from equipoise.scenarios.read import parse_scenario
 from equipoise.scenarios.schema import Scenario
 
+MOST_BYTES = 4_000_000
 _FOLDER = Path(__file__).parent / "files"
 
 
@@ -43,8 +44,21 @@ def _text_of(name_or_path: str) -> str:
                 "scenario", name_or_path, known, remedy="A path must end in .yaml."
             )
     try:
+        if path.exists() and not path.is_file():
+            raise ScenarioError("the scenario is not a file", path=str(path), known=known)
+        if path.stat().st_size > MOST_BYTES:
+            raise ScenarioError(
+                f"the scenario file is larger than {MOST_BYTES // 1_000_000} MB", path=str(path)
+            )
         return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:  # ValueError: not UTF-8, or no path at all
         raise ScenarioError(
-            f"cannot read the scenario file: {error}", path=str(path), known=known
+            f"cannot read the scenario file: {_plainly(error)}", path=str(path), known=known
         ) from None
+
+
+def _plainly(error: OSError | ValueError) -> str:
+    """Return what went wrong without the bytes or the path it went wrong with."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is not UTF-8 text"
+    return str(getattr(error, "strerror", None) or error)

@@ -9,7 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
 
-from equipoise.errors import NameNotFoundError, ScenarioError
+from equipoise.errors import NameNotFoundError, ScenarioError, quoted
 from equipoise.scenarios.overrides import apply_overrides
 from equipoise.scenarios.schema import Scenario
 from equipoise.scenarios.yaml_tree import load_tree, plain_tree
@@ -98,7 +98,7 @@ def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:
         known = _known_keys(location[:-1], plain)
         hint = NameNotFoundError("key", str(location[-1]), known)
         return ScenarioError(
-            f"unknown key {location[-1]!r}",
+            f"unknown key {quoted(location[-1])}",
             path=path,
             line=_line(tree, location),
             known=known,
@@ -106,7 +106,7 @@ def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:
         )
     if first["type"] == "missing":
         return ScenarioError(
-            f"key {location[-1]!r} is missing", path=path, line=_line(tree, location[:-1])
+            f"key {quoted(location[-1])} is missing", path=path, line=_line(tree, location[:-1])
         )
     line = _line(tree, location)
     if first["type"] == "union_tag_not_found":

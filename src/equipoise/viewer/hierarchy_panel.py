@@ -63,7 +63,7 @@ def _task_row(task: Task, moment: Moment) -> str:
     met = value <= MET.get(unit, 0.0)
     where = f' <span class="where">{escape(label)}</span>' if not met else ""
     return (
-        f"<tr><td>{escape(task.name)}{where}</td><td>{_short(value * scale)} {shown}</td>"
+        f"<tr><td>{escape(task.name)}{where}</td><td>{_short(value * scale)} {escape(shown)}</td>"
         f"<td>{_mark(met)}</td></tr>"
     )
 

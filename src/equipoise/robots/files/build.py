@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import coal
 import pinocchio as pin
 
-from equipoise.errors import RobotFileError, quoted
+from equipoise.errors import RobotFileError, one_line
 from equipoise.robots.files.finding import WARNING, Finding
 from equipoise.robots.hulls import hull_of, is_mesh
 
@@ -27,7 +27,7 @@ def build_model(tree: ElementTree.Element) -> pin.Model:
     try:
         return pin.buildModelFromXML(text, pin.JointModelFreeFlyer(), ROOT_JOINT)
     except (RuntimeError, ValueError, ArithmeticError) as error:
-        raise RobotFileError(f"Pinocchio cannot build the model: {quoted(str(error))}") from error
+        raise RobotFileError(f"Pinocchio cannot build the model: {one_line(error)}") from error
 
 
 def build_geometry(
@@ -41,7 +41,7 @@ def build_geometry(
     try:
         geometry = pin.buildGeomFromUrdfString(model, text, kind)
     except (RuntimeError, ValueError, ArithmeticError) as error:
-        raise RobotFileError(f"Pinocchio cannot build the shapes: {quoted(str(error))}") from error
+        raise RobotFileError(f"Pinocchio cannot build the shapes: {one_line(error)}") from error
     if as_capsules:
         for shape in geometry.geometryObjects:
             if isinstance(shape.geometry, coal.Cylinder):

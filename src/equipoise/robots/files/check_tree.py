@@ -32,6 +32,9 @@ def check_tree(
     """
     report = Report()
     check_top(report, tree)
+    own = tree.get("name", "")
+    if not own.isprintable() or len(own) > MAX_NAME:
+        report.error(tree, "robot", "its name is not printable, or too long", given=own)
     links = _named(report, tree, "link")
     joints = _named(report, tree, "joint")
     if len(joints) > MAX_JOINTS:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from equipoise.errors import quoted
+from equipoise.errors import one_line, quoted
 from equipoise.robots.files.description import Node
 from equipoise.robots.files.values import Report, element, read_numbers
 
@@ -64,7 +64,7 @@ class MeshFolders:
                 inside, exists = path.is_relative_to(within), path.is_file()
                 size = path.stat().st_size if inside and exists else 0
             except (OSError, ValueError, RuntimeError) as error:
-                return None, f"the mesh path cannot be read ({quoted(error)})", "Correct the path"
+                return None, f"the mesh path cannot be read ({one_line(error)})", "Correct the path"
             if not inside:
                 return None, f"the mesh lies outside its folder {within}", "Move it inside"
             if exists and path.suffix.lower() not in FORMATS:

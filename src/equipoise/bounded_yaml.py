@@ -22,6 +22,7 @@ MOST_CHARACTERS = 1_000_000
 MOST_NODES = 20_000  # with what aliases repeat; the largest shipped file has some hundreds
 MOST_DEPTH = 40
 LONGEST_NUMBER = 400  # digits
+TWICE = "a key is given twice (duplicate key)"
 _DIGITS = re.compile(r"[+-]?[0-9_]+\Z", re.ASCII)
 
 

@@ -52,7 +52,8 @@ def carrier(folder: Path, geometry: str, name: str = "carrier") -> Robot:
     def slide(joint: str, parent: str, child: str, axis: str) -> str:
         return (
             f'<joint name="{joint}" type="prismatic"><parent link="{parent}"/>'
-            f'<child link="{child}"/><axis xyz="{axis}"/><limit lower="-2" upper="2" velocity="5" effort="50"/></joint>'
+            f'<child link="{child}"/><axis xyz="{axis}"/>'
+            '<limit lower="-2" upper="2" velocity="5" effort="50"/></joint>'
         )
 
     links = "".join(f'<link name="{link}">{INERTIAL}</link>' for link in ("foot", "a", "b"))

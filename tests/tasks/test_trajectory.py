@@ -252,10 +252,10 @@ def test_single_precision_is_precise_enough(rng):
 HERE, THERE = pose((0, 0, 0)), pose((1, 0, 0))
 NO_WAYS = {
     "no waypoints": lambda: WaypointTrajectory([]),
-    "no time": lambda: Waypoint("0", HERE),
-    "nan time": lambda: Waypoint(np.nan, HERE),
-    "endless": lambda: Waypoint(np.inf, HERE),
-    "too late": lambda: Waypoint(1e308, HERE),
+    "no time": lambda: WaypointTrajectory([Waypoint("0", HERE)]),
+    "nan time": lambda: WaypointTrajectory([Waypoint(np.nan, HERE)]),
+    "endless": lambda: WaypointTrajectory([Waypoint(np.inf, HERE)]),
+    "too late": lambda: WaypointTrajectory([Waypoint(1e308, HERE)]),
     "at once": lambda: WaypointTrajectory([Waypoint(1, HERE), Waypoint(1, THERE)]),
     "too close": lambda: WaypointTrajectory([Waypoint(0, HERE), Waypoint(1e-9, THERE)]),
     "back in time": lambda: WaypointTrajectory([Waypoint(1, HERE), Waypoint(0, THERE)]),

@@ -22,9 +22,11 @@ from equipoise.control.interface import (
     ControlStatus,
     Measurement,
     Reference,
+    time_of,
 )
 from equipoise.control.safe_hold import SafeHold
 from equipoise.errors import InputError
+from equipoise.kinematics.state import NO_ROTATION
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_array
 
@@ -133,6 +135,7 @@ class Supervisor:
 
         Raises: `ShapeError` if an array has the wrong shape, `InputError` if it holds no numbers.
         """
+        t = time_of(t)
         measured, reference = self._checked(measured, reference)
         runs = self.mode in (Mode.RUN, Mode.DEGRADED)
         runs = runs or (self.mode is Mode.SAFE and self._comes_back(t, measured, reference))
@@ -190,8 +193,11 @@ class Supervisor:
         robot, contacts = self.controller.robot, self.controller.contacts
         sizes = (robot.nq, robot.nv, contacts.size)
         wanted = (robot.nq, robot.nv, contacts.regulated_rows.size)
+        taken = Measurement(*_vectors("measured", Measurement._fields, measured, sizes))
+        if robot.nq_base == 7 and not abs(np.linalg.norm(taken.q[3:7]) - 1.0) < NO_ROTATION:
+            taken.q[3:7] = np.nan  # says nothing: as if it were lost
         return (
-            Measurement(*_vectors("measured", Measurement._fields, measured, sizes)),
+            taken,
             Reference(*_vectors("reference", Reference._fields, reference, wanted)),
         )
 

@@ -10,7 +10,7 @@ import numpy as np
 from equipoise.collision.pairs import FIND
 from equipoise.compiled import entrance
 from equipoise.compiled.workspace import Workspace, part_of
-from equipoise.errors import EquipoiseError, InputError
+from equipoise.errors import EquipoiseError
 from equipoise.hqp import Hierarchy, HierarchySolver, Solution, Status
 from equipoise.hqp.solution import describe
 from equipoise.hqp.solvers.active_set.memory import FAILED, ITERATION_LIMIT, SOLVED, WORKS
@@ -31,7 +31,7 @@ from equipoise.motion.memory import STATUS, USED
 from equipoise.motion.program import FIRST, MotionProgram
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_vector
+from equipoise.spatial.numbers import real_period, real_vector
 from equipoise.tasks import Task
 from equipoise.trajectories import Fade
 
@@ -163,9 +163,7 @@ class MotionGenerator:
         fades: Mapping[str, Fade] | None = None,
         t_start: float = 0.0,
     ) -> None:
-        if not (np.isfinite(dt) and dt > 0.0):
-            raise InputError("the period must be finite and positive [s]", given=dt)
-        self.robot, self.dt = robot, float(dt)
+        self.robot, self.dt = robot, real_period("the period", dt)
         self.levels = tuple(tuple(level) for level in levels)
         self.fades = dict(fades or {})
         self.solver = solver() if callable(solver) else solver

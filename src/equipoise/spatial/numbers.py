@@ -57,3 +57,11 @@ def real_number(name: str, value: object, *, finite: bool = True) -> float:
     if finite and not math.isfinite(number):
         raise NonFiniteError(f"{name} is not finite", given=number)
     return number
+
+
+def real_period(name: str, value: object) -> float:
+    """Return a period [s], finite and positive. Raises: `InputError`."""
+    period = real_number(name, value, finite=False)
+    if not (math.isfinite(period) and period > 0.0):
+        raise InputError(f"{name} must be finite and positive", given=value, remedy="Give seconds")
+    return period

@@ -12,6 +12,7 @@ from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription, Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_number
 from equipoise.tasks.view import GIVEN
 from equipoise.trajectories import PoseTrajectory
 
@@ -116,8 +117,18 @@ def by_component(task: KernelTask, block: Block) -> tuple[RowDescription, ...]:
     )
 
 
+def require_frame(name: str, frame: str | int | None) -> str | int:
+    """Return the frame of a task that needs one. Raises: `InputError`."""
+    if frame is None:
+        raise InputError(
+            f"task {name!r} needs a frame", remedy="Give its name; `robot.frame_names` lists them"
+        )
+    return frame
+
+
 def require_rate(name: str, rate: float) -> float:
     """Return a rate [1/s] that is finite and positive. Raises: `InputError`."""
-    if not (np.isfinite(rate) and rate > 0.0):
+    value = real_number(f"the rate of task {name!r}", rate, finite=False)
+    if not (np.isfinite(value) and value > 0.0):
         raise InputError(f"the rate of task {name!r} must be finite and positive", given=rate)
-    return float(rate)
+    return value

@@ -14,9 +14,10 @@ from equipoise.kinematics.tree import FRAME_JOINT
 from equipoise.spatial import Array
 from equipoise.spatial.kernels import rotation_difference
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, by_component, require_rate
+from equipoise.tasks.base import KernelTask, by_component, require_frame, require_rate
 from equipoise.tasks.view import FRAME_POSE, TaskView
 from equipoise.trajectories import PoseTrajectory
+from equipoise.trajectories.base import require_trajectory
 
 
 @compiled
@@ -52,7 +53,8 @@ class FramePoseTask(KernelTask):
         self, name: str, frame: str | int, target: PoseTrajectory, *, rate: float = 10.0
     ) -> None:
         super().__init__(name)
-        self.frame: str | int = frame
+        self.frame: str | int = require_frame(name, frame)
+        require_trajectory(f"the target of task {name!r}", target)
         self.target: PoseTrajectory = target
         self.rate = require_rate(name, rate)
 

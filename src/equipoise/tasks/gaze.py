@@ -15,9 +15,10 @@ from equipoise.kinematics.tree import FRAME_JOINT
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import turned, turned_back
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, by_component, require_rate
+from equipoise.tasks.base import KernelTask, by_component, require_frame, require_rate
 from equipoise.tasks.view import GAZE, TaskView
 from equipoise.trajectories import PoseTrajectory
+from equipoise.trajectories.base import require_trajectory
 
 _NEAREST = 1e-3  # [m] a point closer to the camera than this has no direction
 _STRAIGHT = (
@@ -129,7 +130,8 @@ class GazeTask(KernelTask):
         self, name: str, camera: str | int, target: PoseTrajectory, *, rate: float = 5.0
     ) -> None:
         super().__init__(name)
-        self.frame: str | int = camera
+        self.frame: str | int = require_frame(name, camera)
+        require_trajectory(f"the target of task {name!r}", target)
         self.target: PoseTrajectory = target
         self.rate = require_rate(name, rate)
 

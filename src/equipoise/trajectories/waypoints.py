@@ -29,18 +29,12 @@ LATEST = 1e9  # [s]
 class Waypoint:
     """A pose to be reached at time `t` [s]; with `stop` the motion comes to rest there.
 
-    Raises: `InputError` for a time or a pose that is none.
+    What is no time or no pose is refused by the trajectory.
     """
 
     t: float
     T_world_target: pin.SE3
     stop: bool = False
-
-    def __post_init__(self) -> None:
-        t = real_number("the time of a waypoint", self.t)
-        if abs(t) > LATEST:
-            raise InputError("a waypoint lies too far away in time", given=t, remedy="Give seconds")
-        rigid(f"the pose of the waypoint at t = {t:g} s", self.T_world_target)
 
 
 class WaypointTrajectory(CompiledTrajectory):
@@ -67,7 +61,7 @@ class WaypointTrajectory(CompiledTrajectory):
                 "a trajectory needs at least one waypoint",
                 remedy="A pose that does not move is a `FixedPose`",
             )
-        times = np.array([w.t for w in waypoints], dtype=float)
+        times = np.array([_time_of(w) for w in waypoints])
         if not (np.diff(times) >= SHORTEST).all():
             raise InputError(
                 f"waypoint times must increase, by {SHORTEST:g} s at least", given=times.tolist()
@@ -145,6 +139,15 @@ def waypoint_row(numbers: np.ndarray, t: float, row: np.ndarray) -> None:
 def waypoints_alone(numbers: np.ndarray, t: float, row: np.ndarray) -> None:
     """Write the row of one trajectory."""
     waypoint_row(numbers, t, row)
+
+
+def _time_of(waypoint: Waypoint) -> float:
+    """Return the time [s] of a waypoint. Raises: `InputError` if that or its pose is none."""
+    t = real_number("the time of a waypoint", waypoint.t)
+    if abs(t) > LATEST:
+        raise InputError("a waypoint lies too far away in time", given=t, remedy="Give seconds")
+    rigid(f"the pose of the waypoint at t = {t:g} s", waypoint.T_world_target)
+    return t
 
 
 def _turning(times: Array, turns: Array) -> Array:

@@ -20,6 +20,7 @@ from equipoise.control.interface import (
     ControlStatus,
     Measurement,
     Reference,
+    time_of,
     write_vector,
 )
 from equipoise.control.passivity.gains import ControlGains
@@ -279,6 +280,7 @@ class PassivityController:
 
         Raises: `ShapeError` if an array has the wrong shape, `InputError` if it holds no numbers.
         """
+        t = time_of(t)
         self._write(measured, reference)
         if self.asks_python:
             code = self._in_two(t)

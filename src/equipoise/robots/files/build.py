@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from equipoise.errors import RobotFileError, one_line
 from equipoise.robots.files.finding import WARNING, Finding
-from equipoise.robots.hulls import hull_of, is_mesh
+from equipoise.robots.hulls import Hull, hull_of, is_mesh
 
 ROOT_JOINT = "root_joint"
 MUCH = 1.5  # times the volume of a mesh that its convex hull may have without a word
@@ -55,7 +55,8 @@ def take_hulls(model: pin.Model, geometry: pin.GeometryModel) -> list[Finding]:
 
     Raises: RobotFileError for a mesh without corners, or not of finite numbers.
     """
-    findings, hulls = [], {}
+    findings: list[Finding] = []
+    hulls: dict[tuple[object, ...], Hull] = {}
     for shape in geometry.geometryObjects:
         if not is_mesh(shape.geometry):
             continue

@@ -95,4 +95,4 @@ def _left_over(
             yield node, place, f"<{node.tag}> holds an expression of xacro", text
         within = node.get("name")
         inner = f"{node.tag} {quoted(within)}" if node.tag in READ[:2] and within else place
-        waiting += [(child, inner) for child in reversed(node) if not _is_for_others(child)]
+        waiting += [(child, inner) for child in reversed(list(node)) if not _is_for_others(child)]

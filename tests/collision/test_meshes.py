@@ -17,6 +17,7 @@ from equipoise.errors import RobotFileError
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator
 from equipoise.robots import Robot, check_urdf, load_robot
+from equipoise.robots.hulls import OPTIONS, _hull, _with_extent
 from equipoise.spatial import pose
 from equipoise.tasks import AvoidanceTask, ContactTask, FramePoseTask, JointLimitsTask
 from equipoise.trajectories import FixedPose
@@ -185,3 +186,15 @@ def test_a_robot_made_by_hand_has_hulls_in_its_scene(tmp_path):
     robot.collision_model.geometryObjects[0].geometry = hollow
     ball = Shape("sphere", (0.02,) * 3, pose((0, 0, 0)))
     assert distance(robot, ball, pose((0, 0, 0)))[0] == pytest.approx(-0.06, abs=1e-6)
+
+
+def test_any_cloud_of_corners_has_a_hull(rng):
+    """Of any size and flatness: where qhull gave up inside Coal, the process would end here."""
+    for _ in range(200):
+        points = rng.normal(size=(int(rng.integers(4, 40)), 3)) * 10.0 ** rng.uniform(-6, 2, size=3)
+        corners, volume = _hull(_with_extent(points + rng.normal(size=3) * 1e3))
+        given = coal.StdVec_Vec3s()
+        for corner in corners:
+            given.append(corner)
+        assert volume > 0.0
+        assert coal.Convex.convexHull(given, True, OPTIONS).num_points >= 4

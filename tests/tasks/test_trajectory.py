@@ -297,3 +297,14 @@ def test_a_way_is_held_before_and_after_for_ever():
     for t, T in ((-np.inf, HERE), (-1e300, HERE), (np.inf, THERE), (1e300, THERE)):
         assert np.allclose(way.at(t).T_world_target.homogeneous, T.homogeneous)
         assert np.array_equal(way.at(t).twist_world, np.zeros(6))
+
+
+@pytest.mark.parametrize(
+    "times", [[0, 1e-4, 1e9], [0, 1e-4, 1e5, 1e5 + 1e-4], [0, 1, 1 + 1e-4, 2, 1e3], [-1e9, 1e9]]
+)
+def test_legs_of_very_different_length_are_travelled(times):
+    poses = [pose((k, 0, 0), (0, 0, 1.5 * k)) for k in range(len(times))]
+    way = WaypointTrajectory([Waypoint(float(t), T) for t, T in zip(times, poses, strict=True)])
+    for t, T in zip(times, poses, strict=True):
+        found = way.at(float(t)).T_world_target
+        assert np.allclose(found.homogeneous, T.homogeneous, atol=1e-6)

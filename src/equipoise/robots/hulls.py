@@ -13,6 +13,7 @@ from equipoise.spatial import Array
 
 THINNEST = 1e-4  # [m] a hull is made this thick where its mesh has no extent
 LARGEST_COORDINATE = 1e6  # [m]
+OPTIONS = "Qt"  # of qhull, in scipy first: where it gives up inside Coal, the process ends
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def hull_of(shape: pin.GeometryObject) -> Hull:
     given = coal.StdVec_Vec3s()
     for corner in corners:
         given.append(corner)
-    convex = coal.Convex.convexHull(given, True, "Qt")
+    convex = coal.Convex.convexHull(given, True, OPTIONS)
     return Hull(convex, volume, _volume_of(mesh, points))
 
 
@@ -70,10 +71,23 @@ def _hull(points: Array) -> tuple[Array, float]:
     from scipy.spatial import ConvexHull, QhullError
 
     try:
-        hull = ConvexHull(points)
-    except QhullError:  # too thin for exact work, though with an extent: joggled
-        hull = ConvexHull(points, qhull_options="QJ Pp")
+        hull = ConvexHull(points, qhull_options=OPTIONS)
+    except QhullError:  # too thin for exact work, though with an extent: the box around it
+        points = _box_around(points)
+        hull = ConvexHull(points, qhull_options=OPTIONS)
     return points[hull.vertices], float(hull.volume)
+
+
+def _box_around(points: Array) -> Array:
+    """Return the corners (8, 3) of a box around the points, along their principal directions."""
+    middle = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
+    along = (points - middle) @ axes.T
+    low, high = along.min(axis=0), along.max(axis=0)
+    wider = 0.5 * np.maximum(THINNEST - (high - low), 0.0)
+    ends = np.stack((low - wider, high + wider))
+    corners = [[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    return middle + np.array(corners) @ axes
 
 
 def _volume_of(mesh: coal.BVHModelBase, points: Array) -> float | None:

@@ -12,7 +12,7 @@ from equipoise.compiled import compiled, entrance
 from equipoise.errors import InputError
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
-from equipoise.trajectories.base import SHORTEST, instant
+from equipoise.trajectories.base import NEARLY, SHORTEST, instant
 from equipoise.trajectories.minimum_jerk import step
 from equipoise.trajectories.scalar import PROFILE, CompiledScalar
 
@@ -33,7 +33,7 @@ class Profile(CompiledScalar):
             )
         times = real_vector("the times of a profile", self.times, len(self.times))
         real_vector("the values of a profile", self.values, len(self.values))
-        if not (np.diff(times) >= SHORTEST).all():
+        if not (np.diff(times) >= NEARLY * SHORTEST).all():
             raise InputError(
                 f"the times of a profile must increase, by {SHORTEST:g} s at least",
                 given=times.tolist(),

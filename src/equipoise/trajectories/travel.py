@@ -13,6 +13,7 @@ from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_number
 from equipoise.spatial.poses import unit_vector
 from equipoise.trajectories.base import (
+    NEARLY,
     ROW,
     SHORTEST,
     TRAVEL,
@@ -40,7 +41,7 @@ class Travel:
             real_number(f"the {name} of a travel", getattr(self, name), finite=False)
             for name in ("start", "end", "distance")
         )
-        if not (np.isfinite([start, end, distance]).all() and end - start >= SHORTEST):
+        if not (np.isfinite([start, end, distance]).all() and end - start >= NEARLY * SHORTEST):
             raise InputError(
                 "a travel must end after it starts, over a finite distance",
                 given=(self.start, self.end, self.distance),

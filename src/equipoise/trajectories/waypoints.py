@@ -15,7 +15,14 @@ from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import rotation_matrix, rotation_rate, turned
 from equipoise.spatial.numbers import real_number
 from equipoise.spatial.poses import rigid
-from equipoise.trajectories.base import ROW, SHORTEST, WAYPOINTS, CompiledTrajectory, instant
+from equipoise.trajectories.base import (
+    NEARLY,
+    ROW,
+    SHORTEST,
+    WAYPOINTS,
+    CompiledTrajectory,
+    instant,
+)
 from equipoise.trajectories.quintic import powers_between, quintic_powers
 from equipoise.trajectories.turns import end_rates, short_turns
 
@@ -62,7 +69,7 @@ class WaypointTrajectory(CompiledTrajectory):
                 remedy="A pose that does not move is a `FixedPose`",
             )
         times = np.array([_time_of(w) for w in waypoints])
-        if not (np.diff(times) >= SHORTEST).all():
+        if not (np.diff(times) >= NEARLY * SHORTEST).all():
             raise InputError(
                 f"waypoint times must increase, by {SHORTEST:g} s at least", given=times.tolist()
             )
@@ -73,12 +80,21 @@ class WaypointTrajectory(CompiledTrajectory):
         held = np.zeros((1, POWERS, 6))  # powers of a pose that stays
         held[0, -1, :3] = places[0]
         pieces = [held]
-        for a, b in self._rests():
-            moved = quintic_powers(times[a : b + 1], places[a : b + 1])
-            pieces.append(np.concatenate((moved, _turning(times[a : b + 1], turns[a:b])), axis=2))
+        try:
+            with np.errstate(all="ignore"):
+                for a, b in self._rests():
+                    at = times[a : b + 1]
+                    moved = quintic_powers(at, places[a : b + 1])
+                    pieces.append(np.concatenate((moved, _turning(at, turns[a:b])), axis=2))
+        except np.linalg.LinAlgError:
+            pieces.append(np.full((1, POWERS, 6), np.nan))
         powers = np.concatenate(pieces)
         if not np.isfinite(powers).all():
-            raise InputError("no smooth way goes through these waypoints", given=times.tolist())
+            raise InputError(
+                "no smooth way goes through these waypoints",
+                given=times.tolist(),
+                remedy="Give times that are not many orders of magnitude apart",
+            )
         axes = [R.T.ravel() for R in (rotations[0], *rotations[:-1])]
         self.numbers = np.concatenate(
             (

@@ -5,6 +5,7 @@ Whatever it is given, it returns a finite torque within the limits and never rai
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -194,7 +195,7 @@ class Supervisor:
         sizes = (robot.nq, robot.nv, contacts.size)
         wanted = (robot.nq, robot.nv, contacts.regulated_rows.size)
         taken = Measurement(*_vectors("measured", Measurement._fields, measured, sizes))
-        if robot.nq_base == 7 and not abs(np.linalg.norm(taken.q[3:7]) - 1.0) < NO_ROTATION:
+        if robot.nq_base == 7 and not abs(math.hypot(*taken.q[3:7]) - 1.0) < NO_ROTATION:
             taken.q[3:7] = np.nan  # says nothing: as if it were lost
         return (
             taken,

@@ -140,10 +140,11 @@ class RigidContactEngine:
         """Advance by one control period with `tau` (na,) [N m] held; return the new state.
 
         Raises: `InputError` for what is no finite torque, before anything moves; `DivergedError` if
-        the state is no longer finite.
+        the state is no longer finite; it then stays what it was.
         """
         tau = checked_torque(tau, self.robot.na)
-        work, base = self._work, self.robot.nv_base
+        work, base, state = self._work, self.robot.nv_base, self._state
+        last = state.q.copy(), state.v.copy()
         work.force[:] = self.external
         work.force[base:] += tau
         work.total[:] = 0.0
@@ -153,6 +154,7 @@ class RigidContactEngine:
             self._look()
             self._solve()
             if not math.isfinite(accelerate(*self._entrance, True)):
+                state.q[:], state.v[:] = last
                 raise DivergedError(
                     f"the simulation diverged at t = {self._t:.3f} s; lower K_d or the step"
                 )

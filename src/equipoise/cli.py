@@ -113,6 +113,7 @@ def plot(run_folder: Path) -> None:
     from equipoise.runlog import load_run
 
     loaded = load_run(run_folder)
+    _tell_note(loaded.note)
     for path in make_figures(loaded, loaded.folder / "figures"):
         click.echo(path)
 
@@ -136,6 +137,7 @@ def figures(run_folders: tuple[Path, ...], to: Path) -> None:
             for name in ("tray", "telephone"):
                 runs.append(run_scenario(name, figures=False, report=progress))
     for loaded in runs:
+        _tell_note(loaded.note)
         for path in write_paper_page(loaded, to):
             click.echo(path)
 
@@ -149,6 +151,7 @@ def export(run_folder: Path, kind: str, to: Path | None) -> None:
     from equipoise.runlog import export_csv, export_npz, load_run
 
     loaded = load_run(run_folder)
+    _tell_note(loaded.note)
     path = to if to is not None else loaded.folder / f"run.{kind}"
     (export_npz if kind == "npz" else export_csv)(loaded, path)
     click.echo(path)
@@ -234,7 +237,7 @@ def report(run_folders: tuple[Path, ...], to: Path) -> None:
     """Write one HTML file about one or several RUNs, side by side, that needs no network."""
     from equipoise.analysis.report.page import make_report
 
-    click.echo(make_report(run_folders, to))
+    click.echo(make_report(run_folders, to, told=_tell_note))
 
 
 @cli.command()
@@ -313,6 +316,7 @@ def render(run_folder: Path, to: Path | None, fps: int) -> None:
     from equipoise.runlog import load_run
 
     loaded = load_run(run_folder)
+    _tell_note(loaded.note)
     path = to if to is not None else loaded.folder / "video.mp4"
     try:
         with Progress() as progress:
@@ -345,6 +349,12 @@ def verify(groups: tuple[str, ...], as_json: bool) -> None:
     else:
         print_verdicts(verdicts)
     sys.exit(PASSED if all(verdict.holds for verdict in verdicts) else NOT_PASSED)
+
+
+def _tell_note(note: str) -> None:
+    """Say what is missing of a log, or wrong with it, on the side where no numbers go."""
+    if note:
+        click.echo(f"Note: {note}", err=True)
 
 
 def main() -> None:

@@ -21,7 +21,7 @@ from equipoise.hqp import (
     save_problem,
 )
 from equipoise.motion import MotionGenerator
-from equipoise.runlog import Run, load_run
+from equipoise.runlog import CHECKED_WHOLE, Run, check_log, load_run
 from equipoise.scenarios.read import parse_scenario
 from equipoise.simulation.build.fades import build_fades
 from equipoise.simulation.build.levels import build_levels
@@ -40,6 +40,7 @@ class RebuiltTick:
     `t` [s] is the time of the tick; `row_names` [m] are how rows are called; `difference`
     [m/s, rad/s] is the largest between the rebuilt and the logged reference velocity. `fading` are
     the tasks on a ramp with their weights; the solution is that of the hierarchy with all of them.
+    `note` says what is damaged of the log.
     """
 
     t: float
@@ -48,6 +49,7 @@ class RebuiltTick:
     row_names: tuple[RowDescription, ...]
     difference: float
     fading: dict[str, float]
+    note: str = ""
 
     def explain(self, tasks: tuple[str, ...] = ()) -> Explanation:
         """Say which tasks (or which of `tasks`) were short at this tick, and why."""
@@ -86,7 +88,7 @@ def rebuild_tick(run_path: Path | str, t: float) -> RebuiltTick:
     row_names = describe_rows([task for level in levels for task in level], hierarchy)
     weights = {name: fade.weight(time) for name, fade in fades.items()}
     fading_now = {name: w for name, w in weights.items() if 0.0 < w < 1.0}
-    return RebuiltTick(time, hierarchy, solution, row_names, difference, fading_now)
+    return RebuiltTick(time, hierarchy, solution, row_names, difference, fading_now, run.note)
 
 
 def explain_tick(
@@ -105,7 +107,9 @@ def explain_tick(
         raise InputError("A run has many ticks", given=str(run_path), remedy="Say which: --at T")
     tick = rebuild_tick(run_path, t)
     said = tick.explain(tuple(tasks))
-    lines = [f"t = {tick.t:g} s", *_about_fading(tick), said.details() if details else str(said)]
+    noted = tick.note or check_log(run_path, at_most=CHECKED_WHOLE)
+    lines = [f"Note: {noted}"] * bool(noted)
+    lines += [f"t = {tick.t:g} s", *_about_fading(tick), said.details() if details else str(said)]
     if save is not None:
         note = f"{run_path}, t = {tick.t:g} s"
         save_problem(save, tick.hierarchy, words=tick.row_names, note=note)

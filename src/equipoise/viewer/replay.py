@@ -68,8 +68,8 @@ class Replay:
         if run.summary is not None:
             met = "met its acceptance" if run.summary.get("passed") else "did **not** meet it"
             lines.append(f"{in_markdown(run.summary.get('ended', ''))}; {met}")
-        if run.note:
-            lines.append(f"*{in_markdown(run.note)}*")
+        if self.log.note:
+            lines.append(f"*{in_markdown(self.log.note)}*")
         gui.add_markdown("\n\n".join(lines))
 
     def _plots(self, setup: Setup) -> tuple[PlotPanel, Envelope]:

@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from importlib.resources import files
@@ -40,17 +40,22 @@ class Exhibit:
     notes: list[str] = field(default_factory=list)
 
 
-def make_report(runs: Sequence[Path | str], out: Path | str) -> Path:
+def make_report(
+    runs: Sequence[Path | str], out: Path | str, *, told: Callable[[str], None] | None = None
+) -> Path:
     """Write a report of these run folders into the file `out` and return its path.
 
     Figures that lie in a run's folder are taken from there, others are drawn. A run that broke
-    off, or has no summary, is shown as far as it goes.
+    off, or has no summary, is shown as far as it goes; `told` is given what is wrong with its log.
     Raises: `RunLogError` if a run cannot be read or the file not be written.
     """
     if not runs:
         raise InputError("a report needs at least one run", remedy="Give the folder of a run")
     blobs = Blobs()
     exhibits = [_exhibit(Path(path), blobs) for path in runs]
+    for exhibit in exhibits:
+        if told is not None and exhibit.run.note:
+            told(exhibit.run.note)
     out = Path(out)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

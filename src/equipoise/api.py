@@ -8,7 +8,13 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from equipoise.analysis.metrics.verdict import check_acceptance, judge, passed
+from equipoise.analysis.metrics.verdict import (
+    check_acceptance,
+    impossible,
+    judge,
+    passed,
+    where_to_look,
+)
 from equipoise.analysis.run_context import RunContext
 from equipoise.compiled import COST, watch_compilation
 from equipoise.errors import InputError
@@ -87,6 +93,7 @@ def _draw(context: RunContext, say: Report) -> None:
 def summarise(context: RunContext, simulation: Simulation, outcome: RunOutcome) -> dict[str, Any]:
     """Return what `summary.json` holds."""
     run, rows = context.run, judge(context)
+    faults = impossible(rows)
     return {
         "scenario": run.info.get("scenario", ""),
         "title": simulation.scenario.title,
@@ -97,6 +104,8 @@ def summarise(context: RunContext, simulation: Simulation, outcome: RunOutcome) 
         "passed": outcome.ending is Ending.COMPLETED and passed(rows),
         "simulated_s": outcome.t_end,
         "changes": list(outcome.changes),
+        "impossible": faults,
+        "look": where_to_look(rows, run.folder),
         "metrics": rows,
         "gains": list(simulation.assembly.advice.sentences()),
         "timing": {**asdict(outcome), "ending": outcome.ending.name, "cpu": platform.machine()},

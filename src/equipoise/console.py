@@ -112,8 +112,17 @@ def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
         _console.print(line, markup=False)
     if summary["ended"] != "completed":
         _console.print(f"[red bold]Ended early:[/] {escape(str(summary['note']))}")
+    _print_faults(summary)
     _console.print(f"Result: {'[green]met' if summary['passed'] else '[red bold]not met'}[/]")
     _console.print(f"Run:     {folder}", markup=False)
+
+
+def _print_faults(summary: Mapping[str, Any]) -> None:
+    """Print what happened that cannot be, and where it can be looked at."""
+    for fault in summary.get("impossible") or ():
+        _console.print(f"[red bold]Impossible:[/] {escape(fault)}")
+    if summary.get("look"):
+        _console.print(f"Look at:  {summary['look']}", markup=False)
 
 
 def print_figures(folder: Path) -> None:
@@ -172,5 +181,9 @@ def _quantity(value: Any, unit: str) -> str:
 
 def _wanted(row: Mapping[str, Any]) -> str:
     signs = {"max": "<=", "min": ">="}
-    bounds = row.get("wanted", {})
-    return ", ".join(f"{signs[k]} {_quantity(bounds[k], row['unit'])}" for k in bounds)
+    bounds, always = row.get("wanted", {}), row.get("loosened", {})
+    wanted = ", ".join(f"{signs[k]} {_quantity(bounds[k], row['unit'])}" for k in bounds)
+    if always:
+        usual = ", ".join(f"{signs[k]} {_quantity(always[k], row['unit'])}" for k in always)
+        wanted += f" (loosened from {usual})"
+    return wanted

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from equipoise.contacts import ContactStack
+from equipoise.contacts.pull import least_regulated
 from equipoise.control.base_wrench.bounded import ReactionBounds
 from equipoise.control.interface import Command, Measurement, Reference
 from equipoise.control.passivity.gain_advice import advise_for_soft_floor, inertia_matrix
@@ -71,7 +72,8 @@ class SafeHold:
             self._law = self._made(stand)
         q = measured.q
         self._q = q.copy()
-        self._lam_ref = measured.lam[contacts.supporting_rows][stand.regulated_rows]
+        pressed = measured.lam[contacts.supporting_rows][stand.regulated_rows]
+        self._lam_ref = np.maximum(pressed, least_regulated(stand.contacts))
         self._law.gains = replace(self._gains(q), handover=self._law.gains.handover)
         self._law.reset()
         self._law.take_over(tau)

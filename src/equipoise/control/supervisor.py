@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.contacts import ContactStack
+from equipoise.contacts.pull import least_regulated
 from equipoise.control.base_from_contacts import BaseFromContacts
 from equipoise.control.base_wrench.bounded import ReactionBounds
 from equipoise.control.interface import (
@@ -190,17 +191,16 @@ class Supervisor:
     def _checked(
         self, measured: Measurement, reference: Reference
     ) -> tuple[Measurement, Reference]:
-        """Return both as arrays of the right shapes, NaN let through."""
+        """Return both as arrays of the right shapes, NaN let through, a wanted pull not."""
         robot, contacts = self.controller.robot, self.controller.contacts
         sizes = (robot.nq, robot.nv, contacts.size)
         wanted = (robot.nq, robot.nv, contacts.regulated_rows.size)
         taken = Measurement(*_vectors("measured", Measurement._fields, measured, sizes))
         if robot.nq_base == 7 and not abs(math.hypot(*taken.q[3:7]) - 1.0) < NO_ROTATION:
             taken.q[3:7] = np.nan  # says nothing: as if it were lost
-        return (
-            taken,
-            Reference(*_vectors("reference", Reference._fields, reference, wanted)),
-        )
+        reference = Reference(*_vectors("reference", Reference._fields, reference, wanted))
+        pushing = np.maximum(reference.lam_ref, least_regulated(contacts.contacts))
+        return taken, reference._replace(lam_ref=pushing)
 
     def _try_law(self, t: float, measured: Measurement, reference: Reference) -> Command | None:
         complete, lost = self._completed(t, measured, reference)

@@ -49,6 +49,11 @@ class Profile(CompiledScalar):
         """The times and then the values (2 k,)."""
         return np.array([*self.times, *self.values], dtype=float)
 
+    @property
+    def least(self) -> float:
+        """The least of its values: between them it goes straight from one to the next."""
+        return min(self.values)
+
     def at(self, t: float) -> float:
         """Return the wanted value at time `t` [s]."""
         return profile_alone(self.numbers, instant(t))

@@ -17,6 +17,9 @@ from equipoise.trajectories.scalar import PUSHING, CompiledScalar
 from equipoise.trajectories.travel import Travel, travelled
 
 
+FASTEST = 15.0 / 8.0  # largest speed of a minimum-jerk step, as a multiple of the mean one
+
+
 @dataclass(frozen=True)
 class PushingForce(CompiledScalar):
     """The `profile` [N] plus `viscosity` [N s/m] times the speed of the wanted `travel`."""
@@ -39,6 +42,13 @@ class PushingForce(CompiledScalar):
     def numbers(self) -> Array:
         """The travel's numbers, the viscosity, and the profile's numbers."""
         return np.concatenate((self.travel.numbers, [self.viscosity], self.profile.numbers))
+
+    @property
+    def least(self) -> float:
+        """No less than the profile's; a travel backwards takes what viscosity asks for at most."""
+        span = self.travel.end - self.travel.start
+        backwards = min(self.travel.distance, 0.0) * FASTEST / span
+        return self.profile.least + self.viscosity * backwards
 
     def at(self, t: float) -> float:
         """Return the wanted force [N] at time `t` [s]."""

@@ -29,7 +29,7 @@ from equipoise.kinematics.manifold import difference
 from equipoise.kinematics.tree import base_size
 from equipoise.motion.kernels import MotionBlocks, motion_begin, move_on, solve_motion, write_rows
 from equipoise.motion.memory import V_REF as MOTION_V_REF
-from equipoise.trajectories.scalars import OFFSETS, VALUES, evaluate_scalars
+from equipoise.trajectories.scalars import evaluate_scalars, wanted_now
 from equipoise.wbc.memory import (
     FADING,
     FASTEST,
@@ -97,10 +97,9 @@ def want(m: MotionBlocks, scalars: Block, law: Block, meeting: Block, t: float) 
     copy(vector(m.state, Q), vector(law, Q_REF))
     copy(vector(m.tasks, MOTION_V_REF), vector(law, V_REF))
     evaluate_scalars(scalars, t)
-    values, offsets = vector(scalars, VALUES), vector(scalars, OFFSETS)
     wanted, lam_ref = integers(meeting, WANTED_OF), vector(law, LAM_REF)
     for i in range(integers(law, LAW_FLAGS)[REGULATED_COUNT]):
-        lam_ref[i] = values[wanted[i]] + offsets[wanted[i]]
+        lam_ref[i] = wanted_now(scalars, wanted[i])
 
 
 @compiled

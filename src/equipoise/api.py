@@ -20,6 +20,7 @@ from equipoise.compiled import COST, watch_compilation
 from equipoise.errors import InputError
 from equipoise.runlog import Run, load_run, new_run_folder, read_summary, write_summary
 from equipoise.scenarios import Scenario, read_scenario
+from equipoise.simulation.build.reach import missed_waypoints
 from equipoise.simulation.loop import Ending, RunOutcome, run_simulation
 from equipoise.simulation.operator import Operator
 from equipoise.simulation.simulation import Simulation
@@ -44,9 +45,10 @@ def run_scenario(
     A named scenario is refitted to `robot` (a name or a path), if one is given.
 
     `out` is the run's folder; by default a new one under `runs/`. `report(stage, share)` is told
-    how far it is, share in [0, 1], or None where that is not known. `measured(run)` is given the
-    run with its summary before the figures are drawn. `steer(simulation, folder)` returns who may
-    change things while it runs (the live viewer). The folder then holds `run.mcap`,
+    how far it is, share in [0, 1], or None where that is not known; `report.tell(sentence)`, where
+    there is one, which waypoints are out of reach, before anything moves. `measured(run)` is given
+    the run with its summary before the figures are drawn. `steer(simulation, folder)` returns who
+    may change things while it runs (the live viewer). The folder then holds `run.mcap`,
     `scenario.yaml`, `summary.json` and, unless switched off, `figures/`.
     Raises: `InputError` (a wrong scenario), `RunLogError` (the folder cannot be written).
     """
@@ -63,10 +65,14 @@ def run_scenario(
             remedy = "Give a new one"
             raise InputError("the folder already holds a run", given=str(out), remedy=remedy)
         simulation = Simulation(spec)
+        misses = [str(miss) for miss in missed_waypoints(simulation.assembly)]
+        for sentence in misses:
+            getattr(report, "tell", _tell_nobody)(sentence)
         folder = Path(out) if out is not None else new_run_folder(Path("runs"), spec.name)
         if steer is not None:
             simulation.operate(steer(simulation, folder))
         outcome = run_simulation(simulation, folder, lambda t: say("simulating", t / spec.duration))
+        outcome = replace(outcome, changes=(*misses, *outcome.changes))
         context = _measure(simulation, outcome, folder, say)
         if measured is not None:
             measured(context.run)
@@ -111,6 +117,10 @@ def summarise(context: RunContext, simulation: Simulation, outcome: RunOutcome) 
         "timing": {**asdict(outcome), "ending": outcome.ending.name, "cpu": platform.machine()},
         "versions": dict(run.info),
     }
+
+
+def _tell_nobody(sentence: str) -> None:
+    pass
 
 
 def _say_nothing(stage: str, share: float | None) -> None:

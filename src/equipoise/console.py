@@ -56,6 +56,11 @@ class Progress:
             self._stage = stage
         self._show(stage, share)
 
+    def tell(self, sentence: str) -> None:
+        """Print a sentence between the bars."""
+        self.rest()
+        _console.print(f"Told:    {sentence}", markup=False)
+
     def rest(self, *, finished: bool = True) -> None:
         """Leave the bars as they stand; the next stage opens new ones below."""
         if self._bars is not None:

@@ -12,8 +12,8 @@ from typing import Protocol
 
 import numpy as np
 
-from equipoise.control import ControlGains
 from equipoise.contacts.pull import refuse_pull
+from equipoise.control import ControlGains
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics import PhysicsState

@@ -16,7 +16,6 @@ from equipoise.trajectories.profile import Profile, profile_at
 from equipoise.trajectories.scalar import PUSHING, CompiledScalar
 from equipoise.trajectories.travel import Travel, travelled
 
-
 FASTEST = 15.0 / 8.0  # largest speed of a minimum-jerk step, as a multiple of the mean one
 
 

@@ -43,8 +43,8 @@ from equipoise.trajectories.scalars import (
     Scalar,
     fill_scalars,
     kind_of,
-    scalar_shapes,
     least_of,
+    scalar_shapes,
     value_of,
 )
 from equipoise.wbc.memory import FADING, PERIOD, POSTURE_ERROR, TILT, meeting_shapes

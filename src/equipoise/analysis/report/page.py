@@ -24,7 +24,7 @@ from equipoise.runlog import Run, load_run
 from equipoise.runlog.writer import LOG_NAME
 
 MOST_TICKS = 50_000  # of a longer run every so-many-th tick is read for the replay
-_OWN_SECTIONS = {"metrics", "scenario", "title", "passed", "versions"}
+_OWN_SECTIONS = {"impossible", "metrics", "scenario", "title", "passed", "versions"}
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,7 @@ def _exhibit(path: Path, blobs: Blobs) -> Exhibit:
         replay = export_replay(run, context.scenario, context.setup, blobs)
     if not summary and context.known:
         summary = _judged(run, context, notes)
+    notes += [f"Impossible: {fault}." for fault in summary.get("impossible") or ()]
     title = str(summary.get("title") or run.info.get("scenario") or run.folder.name)
     return Exhibit(run, path, title, summary, _figures(run, notes), replay, notes)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -26,7 +26,8 @@ from equipoise.scenarios.read import parse_scenario
 from equipoise.simulation.build.fades import build_fades
 from equipoise.simulation.build.levels import build_levels
 from equipoise.simulation.build.setup import build_setup
-from equipoise.tasks import describe_rows
+from equipoise.tasks import Task, describe_rows
+from equipoise.tasks.standing import with_standing
 
 AROUND = 0.05  # [s] what is loaded of a log on either side; more than two of the longest periods
 AGREES = 1e-4  # [m/s, rad/s] how far the rebuilt velocity may be from the logged one: a robot at
@@ -50,10 +51,12 @@ class RebuiltTick:
     difference: float
     fading: dict[str, float]
     note: str = ""
+    tasks: Mapping[str, Task] = field(default_factory=dict)
 
     def explain(self, tasks: tuple[str, ...] = ()) -> Explanation:
         """Say which tasks (or which of `tasks`) were short at this tick, and why."""
-        return explain(self.hierarchy, self.solution.v, self.row_names, tasks=tasks)
+        said = explain(self.hierarchy, self.solution.v, self.row_names, tasks=tasks)
+        return with_standing(said, self.tasks)
 
 
 def rebuild_tick(run_path: Path | str, t: float) -> RebuiltTick:
@@ -85,10 +88,13 @@ def rebuild_tick(run_path: Path | str, t: float) -> RebuiltTick:
             given=str(run_path),
             remedy="Explain the run with the version of Equipoise, and the robot, that made it",
         )
-    row_names = describe_rows([task for level in levels for task in level], hierarchy)
+    tasks = {task.name: task for level in levels for task in level}
+    row_names = describe_rows([*tasks.values()], hierarchy)
     weights = {name: fade.weight(time) for name, fade in fades.items()}
     fading_now = {name: w for name, w in weights.items() if 0.0 < w < 1.0}
-    return RebuiltTick(time, hierarchy, solution, row_names, difference, fading_now, run.note)
+    return RebuiltTick(
+        time, hierarchy, solution, row_names, difference, fading_now, run.note, tasks
+    )
 
 
 def explain_tick(

@@ -110,7 +110,7 @@ def test_a_run_that_has_no_place_to_write_exits_with_2(tmp_path):
     (tmp_path / "taken").write_text("a file, no folder\n")
     done = equipoise("run", "tray", "--out", "taken", *SHORT, cwd=tmp_path)
     assert done.returncode == 2, done.stdout + done.stderr
-    assert "Cannot write a log in taken: " in done.stderr
+    assert "taken is no folder" in done.stderr
     assert "Traceback" not in done.stderr
     assert (tmp_path / "taken").read_text() == "a file, no folder\n"
 

@@ -17,14 +17,17 @@ from equipoise.analysis.metrics.verdict import (
 )
 from equipoise.analysis.run_context import RunContext
 from equipoise.compiled import COST, watch_compilation
-from equipoise.errors import InputError
+from equipoise.errors import ScenarioError
 from equipoise.runlog import Run, load_run, new_run_folder, read_summary, write_summary
+from equipoise.runlog.folders import check_place
 from equipoise.scenarios import Scenario, read_scenario
+from equipoise.scenarios.catalogue import place_error
 from equipoise.simulation.build.reach import missed_waypoints
 from equipoise.simulation.loop import Ending, RunOutcome, run_simulation
 from equipoise.simulation.operator import Operator
 from equipoise.simulation.simulation import Simulation
 
+RUNS = Path("runs")
 Report = Callable[[str, float | None], None]
 COMPILING = f"compiling, once, {COST}"
 
@@ -59,16 +62,19 @@ def run_scenario(
             if isinstance(scenario, Scenario)
             else read_scenario(scenario, overrides, robot=robot)
         )
-        check_acceptance(spec)
+        check_place(Path(out) if out is not None else RUNS)
         say("starting posture", 0.0)
-        if out is not None and (Path(out) / "run.mcap").exists():
-            remedy = "Give a new one"
-            raise InputError("the folder already holds a run", given=str(out), remedy=remedy)
-        simulation = Simulation(spec)
+        try:
+            check_acceptance(spec)
+            simulation = Simulation(spec)
+        except ScenarioError as error:
+            if isinstance(scenario, Scenario):
+                raise
+            raise place_error(error, scenario, overrides) from None
         misses = [str(miss) for miss in missed_waypoints(simulation.assembly)]
         for sentence in misses:
             getattr(report, "tell", _tell_nobody)(sentence)
-        folder = Path(out) if out is not None else new_run_folder(Path("runs"), spec.name)
+        folder = Path(out) if out is not None else new_run_folder(RUNS, spec.name)
         if steer is not None:
             simulation.operate(steer(simulation, folder))
         outcome = run_simulation(simulation, folder, lambda t: say("simulating", t / spec.duration))

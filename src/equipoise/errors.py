@@ -136,10 +136,21 @@ class ScenarioError(InputError):
     ) -> None:
         self.path = path
         self.line = line
+        self.plain = problem
         where = f"line {line}, " if line is not None else ""
         path = path if len(path) <= QUOTED_AT_MOST else f"{path[:80]} ... {path[-40:]}"
         prefix = f"{where}{path}: " if path else where
         super().__init__(prefix + problem, given=given, known=known, remedy=remedy)
+
+    def at(self, place: str, *, line: int | None = None) -> ScenarioError:
+        """Return the same complaint that begins with its place: a file (and line), an option."""
+        said = ScenarioError(
+            self.plain, path=self.path, line=line, given=self.given, known=self.known,
+            remedy=self.remedy,
+        )  # fmt: skip
+        said.problem = f"{place}: {said.problem}"
+        said.args = (said._compose(),)
+        return said
 
 
 class RunLogError(EquipoiseError):

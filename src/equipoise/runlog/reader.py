@@ -13,11 +13,11 @@ import numpy as np
 from equipoise.errors import EquipoiseError, InputError, RunLogError
 from equipoise.runlog.channels import channels_from_json
 from equipoise.runlog.checksums import damaged_texts
-from equipoise.runlog.folders import SUMMARY_NAME, read_summary
+from equipoise.runlog.folders import LOG_NAME, SUMMARY_NAME, read_summary
 from equipoise.runlog.layout import TickLayout, make_layout
 from equipoise.runlog.run import Run
 from equipoise.runlog.scan import Scan, cut_off_early, read_chunk, scan_log
-from equipoise.runlog.writer import FORMAT, LOG_NAME
+from equipoise.runlog.writer import FORMAT
 
 OLD_FORMAT = "1"  # without checksums
 _MARGIN = 1e-6  # [s], as a chunk's times are rounded to nanoseconds
@@ -111,9 +111,11 @@ def _find_log(place: Path) -> Path:
     if path.is_file():
         return path
     if place.is_dir():
-        inside = sorted(entry.name for entry in place.iterdir())[:8]
-        held = f"it holds {', '.join(inside)}" if inside else "it is empty"
-        raise RunLogError(f"There is no {LOG_NAME} in {place}; {held}. Give the folder of one run.")
+        runs = sorted(entry.parent.name for entry in place.glob(f"*/{LOG_NAME}"))[-8:]
+        held = f"; it holds {', '.join(runs)}" if runs else ""
+        if not any(place.iterdir()):
+            held = "; it is empty"
+        raise RunLogError(f"There is no {LOG_NAME} in {place}{held}. Give the folder of one run.")
     if place.parent.is_dir():
         runs = sorted(entry.parent.name for entry in place.parent.glob(f"*/{LOG_NAME}"))[-8:]
         beside = f" Beside it there are runs: {', '.join(runs)}." if runs else ""

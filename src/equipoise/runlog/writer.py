@@ -17,12 +17,12 @@ import numpy as np
 from equipoise.errors import InputError, RunLogError
 from equipoise.runlog.channels import Channel, channels_to_json, check_channels
 from equipoise.runlog.checksums import SUMS, checksums
+from equipoise.runlog.folders import LOG_NAME
 from equipoise.runlog.layout import MESSAGE, PACKAGE, make_layout
 from equipoise.runlog.mcapfile import McapFile
 from equipoise.runlog.packing import TickBuffer, nanoseconds
 from equipoise.runlog.record import TickRecord
 
-LOG_NAME = "run.mcap"
 SCENARIO_NAME = "scenario.yaml"
 FORMAT = "2"  # 2: with checksums of its texts
 FLUSH_PERIOD = 0.03  # [s] of simulated or wall time, whichever ends first; 0.1 s stalls a 1 ms loop

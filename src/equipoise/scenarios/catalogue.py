@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from equipoise.errors import NameNotFoundError, ScenarioError
-from equipoise.scenarios.read import parse_scenario
+from equipoise.scenarios.read import line_of, parse_scenario, placed
 from equipoise.scenarios.schema import Scenario
 
 MOST_BYTES = 4_000_000
@@ -26,12 +26,18 @@ def read_scenario(
     Raises: `NameNotFoundError`, `ScenarioError`, `RobotFileError`.
     """
     return parse_scenario(
-        _text_of(name_or_path),
-        overrides,
-        source=Path(name_or_path).name,
-        text_of=_text_of,
-        robot=robot,
+        _text_of(name_or_path), overrides, source=name_or_path, text_of=_text_of, robot=robot
     )
+
+
+def place_error(error: ScenarioError, name_or_path: str, overrides: Sequence[str]) -> ScenarioError:
+    """Return a complaint that came up late with the override, or the line of the file, it means."""
+    if error.path and not error.line and "--set " not in error.problem:
+        found = placed(error, overrides)
+        if found is not error or name_or_path in named_scenarios():
+            return found
+        return error.at(name_or_path, line=line_of(_text_of(name_or_path), error.path))
+    return error
 
 
 def _text_of(name_or_path: str) -> str:
@@ -43,22 +49,23 @@ def _text_of(name_or_path: str) -> str:
             raise NameNotFoundError(
                 "scenario", name_or_path, known, remedy="A path must end in .yaml."
             )
+    remedy = "Give a YAML file, or the name of a shipped scenario"
     try:
         if path.exists() and not path.is_file():
-            raise ScenarioError("the scenario is not a file", path=str(path), known=known)
+            raise ScenarioError(f"{path} is not a file", known=known, remedy=remedy)
         if path.stat().st_size > MOST_BYTES:
-            raise ScenarioError(
-                f"the scenario file is larger than {MOST_BYTES // 1_000_000} MB", path=str(path)
-            )
-        return path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:  # ValueError: not UTF-8, or no path at all
-        raise ScenarioError(
-            f"cannot read the scenario file: {_plainly(error)}", path=str(path), known=known
-        ) from None
-
-
-def _plainly(error: OSError | ValueError) -> str:
-    """Return what went wrong without the bytes or the path it went wrong with."""
-    if isinstance(error, UnicodeDecodeError):
-        return f"byte {error.start} is not UTF-8 text"
-    return str(getattr(error, "strerror", None) or error)
+            size = f"{MOST_BYTES // 1_000_000} MB"
+            raise ScenarioError(f"{path}: the scenario file is larger than {size}", remedy=remedy)
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        problem = f"there is no file {path}"
+        raise ScenarioError(problem, known=known, remedy=remedy) from None
+    except UnicodeDecodeError:
+        raise ScenarioError(f"{path} is no text, hence no scenario", remedy=remedy) from None
+    except (OSError, ValueError) as error:  # ValueError: no path at all
+        why = str(getattr(error, "strerror", None) or error).lower()
+        raise ScenarioError(f"{path} cannot be read: {why}", remedy=remedy) from None
+    if not text.isprintable() and any(ord(c) < 32 and c not in "	
+" for c in text):
+        raise ScenarioError(f"{path} is no text, hence no scenario", remedy=remedy)
+    return text

@@ -19,6 +19,15 @@ NAMED = {
 }
 
 
+def override_of(path: str, overrides: Sequence[str]) -> str | None:
+    """Return the last override that wrote the value at `path`, or a part or the whole of it."""
+    for override in reversed(overrides):
+        written = override.partition("=")[0].strip()
+        if path and (f"{path}.".startswith(f"{written}.") or f"{written}.".startswith(f"{path}.")):
+            return override
+    return None
+
+
 def apply_overrides(tree: dict[str, Any], overrides: Sequence[str]) -> None:
     """Write each `a.b.c=value` into the nested mappings of `tree`; list items go by number.
 

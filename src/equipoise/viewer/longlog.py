@@ -16,9 +16,9 @@ import numpy as np
 
 from equipoise.errors import RunLogError
 from equipoise.runlog import CHECKED_WHOLE, Run, check_log, load_run
+from equipoise.runlog.folders import LOG_NAME
 from equipoise.runlog.layout import make_layout
 from equipoise.runlog.scan import read_chunk, scan_log
-from equipoise.runlog.writer import LOG_NAME
 from equipoise.spatial import Array
 
 CACHED_CHUNKS = 64

@@ -21,7 +21,7 @@ from equipoise.analysis.report.tables import metrics_table, properties
 from equipoise.analysis.run_context import RunContext
 from equipoise.errors import EquipoiseError, InputError, RunLogError
 from equipoise.runlog import Run, load_run
-from equipoise.runlog.writer import LOG_NAME
+from equipoise.runlog.folders import LOG_NAME
 
 MOST_TICKS = 50_000  # of a longer run every so-many-th tick is read for the replay
 _OWN_SECTIONS = {"impossible", "metrics", "scenario", "title", "passed", "versions"}

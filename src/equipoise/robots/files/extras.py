@@ -56,7 +56,7 @@ def _explained(path: Path, tree: object, error: ValidationError) -> RobotFileErr
     """Turn pydantic's first complaint into a sentence with line and known keys."""
     complaints = error.errors()
     first = complaints[0]
-    where = ".".join(str(part) for part in first["loc"]) or "the file"
+    where = ".".join(str(part) for part in first["loc"] if part != "SourceEntry") or "the file"
     known: Iterable[str] = _schema_at(first["loc"]).model_fields
     problem, given, hint = first["msg"].removeprefix("Value error, "), first["input"], ""
     if first["type"] not in ("extra_forbidden", "missing"):

@@ -54,11 +54,14 @@ class PalmEntry(Entry):
 
 
 class SourceEntry(Entry):
-    """Where the URDF is: `file` inside an installed package, which the extra `extra` brings."""
+    """Where the URDF is: `file` inside an installed package.
+
+    `extra`: the extra of Equipoise that brings the package, if one does.
+    """
 
     package: Name
     file: Name
-    extra: Name
+    extra: Name | None = None
 
 
 class FrameEntry(Entry):

@@ -153,15 +153,15 @@ def _page(exhibits: Sequence[Exhibit], blobs: Blobs) -> str:
 
 
 def _replays(exhibits: Sequence[Exhibit]) -> str:
-    cells = []
+    """Return picture, controls and notes, in this order: the first two fit on a screen."""
+    cells, notes = [], []
     for i, exhibit in enumerate(exhibits):
         verdict = _verdict(exhibit)
         told = (*exhibit.notes, modes_sentence(exhibit.run), status_sentence(exhibit.run))
-        notes = "".join(f'<p class="soft">{escape(note)}</p>' for note in told if note)
+        said = "".join(f'<p class="soft">{escape(note)}</p>' for note in told if note)
+        notes.append(f"<section>{said}</section>")
         canvas = f'<canvas id="replay{i}"></canvas>' if exhibit.replay is not None else ""
-        cells.append(
-            f"<section><h3>{escape(_name(exhibit))} {verdict}</h3>{canvas}{notes}</section>"
-        )
+        cells.append(f"<section><h3>{escape(_name(exhibit))} {verdict}</h3>{canvas}</section>")
     controls = (
         '<div class="controls"><button id="play">Play</button>'
         '<input id="time" type="range" aria-label="time"><output id="shown"></output></div>'
@@ -169,7 +169,8 @@ def _replays(exhibits: Sequence[Exhibit]) -> str:
         "the floor on each sole, 1 m is 1000 N.</p>"
     )
     shown = controls if any(exhibit.replay is not None for exhibit in exhibits) else ""
-    return f'<h2>What was run</h2><div class="runs">{"".join(cells)}</div>{shown}'
+    pictures = f'<h2>What was run</h2><div class="runs">{"".join(cells)}</div>{shown}'
+    return f'{pictures}<div class="runs">{"".join(notes)}</div>'
 
 
 def _verdict(exhibit: Exhibit) -> str:

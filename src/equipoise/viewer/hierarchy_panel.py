@@ -102,6 +102,8 @@ def _mark(word: str) -> str:
 _PAGE = """<style>
 .hierarchy {{ width: 100%; border-collapse: collapse; font-size: 0.8em; margin: 0 0.6em; }}
 .hierarchy td {{ padding: 0.12em 0.3em; }} .hierarchy td:nth-child(2) {{ text-align: right; }}
+.hierarchy td:nth-child(3) {{ white-space: nowrap; }}
+.hierarchy .level td:nth-child(2) {{ white-space: nowrap; }}
 .hierarchy .level td {{ font-weight: 700; border-top: 1px solid #ccc; }}
 .hierarchy .met {{ color: #1a7f37; }} .hierarchy .short {{ color: #b00020; font-weight: 700; }}
 .hierarchy .at-its-bound {{ color: #8a6100; }}

@@ -229,3 +229,15 @@ def test_a_hand_that_is_sent_out_of_reach_does_not_end_met(robot: str, tmp_path:
 def test_the_schema_takes_no_limit_without_a_side() -> None:
     with pytest.raises(ScenarioError, match="give max or min"):
         read_scenario("press", ["acceptance.limits.clearance={}"])
+
+
+def test_the_documentation_has_every_default() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "scenarios.md").read_text(encoding="utf-8")
+    table = page.partition("<!-- always")[2].partition("These are defaults")[0]
+    named = {line.split("`")[1]: line for line in table.splitlines() if line.startswith("| `")}
+    assert set(named) == set(ALWAYS)
+    for name, possible in ALWAYS.items():
+        assert possible.fault in named[name]
+        bound = possible.limit.max if possible.limit.min is None else possible.limit.min
+        scale = {"m": 1e3, "rad": 1e3}.get(METRICS[name].unit, 1.0)
+        assert f"{bound * scale:g}" in named[name].split("|")[2]

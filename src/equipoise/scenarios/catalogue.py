@@ -65,7 +65,6 @@ def _text_of(name_or_path: str) -> str:
     except (OSError, ValueError) as error:  # ValueError: no path at all
         why = str(getattr(error, "strerror", None) or error).lower()
         raise ScenarioError(f"{path} cannot be read: {why}", remedy=remedy) from None
-    if not text.isprintable() and any(ord(c) < 32 and c not in "	
-" for c in text):
+    if not text.isprintable() and any(ord(c) < 32 and c not in "\t\n\r\f" for c in text):
         raise ScenarioError(f"{path} is no text, hence no scenario", remedy=remedy)
     return text

@@ -73,6 +73,8 @@ def acceptance(label: str, scenario: str) -> str:
         if "wanted" in row and name != "completed":
             bounds = row["wanted"].items()
             wanted = ", ".join(f"{SIGNS[side]} {number(b, row['unit'])}" for side, b in bounds)
+            for side, bound in row.get("loosened", {}).items():
+                wanted += f" (loosened from {SIGNS[side]} {number(bound, row['unit'])})"
             met = "" if row["passed"] else " **(missed)**"
             doc = row["doc"].replace("|", "\\|")
             rows.append((doc, wanted, number(row["value"], row["unit"]) + met))

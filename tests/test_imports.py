@@ -16,7 +16,7 @@ import equipoise
 
 ROOT = Path(equipoise.__file__).parent
 
-KINEMATIC = {"errors", "compiled", "spatial", "robots", "kinematics"}
+KINEMATIC = {"errors", "bounded_yaml", "compiled", "spatial", "robots", "kinematics"}
 CONTROL = {
     *(*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "tasks", "motion", "control"),
     "renamed",
@@ -27,10 +27,13 @@ BUILT = {*CONTROL, "wbc", "physics", "scenarios", "runlog", "simulation"}
 BELOW = {
     "errors": set(),
     "renamed": set(),
+    "distances": {"renamed"},
+    "world": {"renamed"},
+    "bounded_yaml": {"errors"},
     "compiled": {"errors"},
     "runlog": {"errors"},
     "spatial": {"errors", "compiled"},
-    "robots": {"errors", "spatial", "kinematics"},
+    "robots": {"errors", "bounded_yaml", "spatial", "kinematics"},
     "kinematics": {"errors", "compiled", "spatial"},
     "trajectories": {"errors", "compiled", "spatial"},
     "collision": KINEMATIC,
@@ -41,7 +44,7 @@ BELOW = {
     "control": {*KINEMATIC, "trajectories", "contacts", "hqp", "renamed"},
     "wbc": CONTROL,
     "physics": {*KINEMATIC, "collision", "contacts"},
-    "scenarios": {"errors", "spatial", "robots"},
+    "scenarios": {"errors", "bounded_yaml", "spatial", "robots"},
     "simulation": BUILT,
     "analysis": BUILT,
     "verify": BUILT,

@@ -45,8 +45,19 @@ tasks:
     priority: 2
     waypoints:
 {waypoints}
+  left_hand: {{kind: hold_frame, frame: left_palm, priority: 2}}
   limits: {{kind: joint_limits, priority: 2}}
-  posture: {{kind: posture, rate: 2.0, priority: 3}}
+  obstacles:  # the robot leans; without these its arms sink into waist and chest
+    kind: avoidance
+    priority: 3
+    influence: 0.15
+    security: 0.003
+    damping: 0.25
+    pairs:
+      - [RARM_LINK2, BODY]
+      - [LARM_LINK3, CHEST_LINK1]
+      - [RARM_LINK3, CHEST_LINK1]
+  posture: {{kind: posture, rate: 2.0, priority: 4}}
 control:
   start: standing
   gains: {{kappa: 300.0}}

@@ -8,16 +8,26 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from equipoise.analysis.metrics.verdict import check_acceptance, judge, passed
+from equipoise.analysis.metrics.verdict import (
+    check_acceptance,
+    impossible,
+    judge,
+    passed,
+    where_to_look,
+)
 from equipoise.analysis.run_context import RunContext
 from equipoise.compiled import COST, watch_compilation
-from equipoise.errors import InputError
+from equipoise.errors import ScenarioError
 from equipoise.runlog import Run, load_run, new_run_folder, read_summary, write_summary
+from equipoise.runlog.folders import check_place
 from equipoise.scenarios import Scenario, read_scenario
+from equipoise.scenarios.catalogue import place_error
+from equipoise.simulation.build.reach import missed_waypoints
 from equipoise.simulation.loop import Ending, RunOutcome, run_simulation
 from equipoise.simulation.operator import Operator
 from equipoise.simulation.simulation import Simulation
 
+RUNS = Path("runs")
 Report = Callable[[str, float | None], None]
 COMPILING = f"compiling, once, {COST}"
 
@@ -38,9 +48,10 @@ def run_scenario(
     A named scenario is refitted to `robot` (a name or a path), if one is given.
 
     `out` is the run's folder; by default a new one under `runs/`. `report(stage, share)` is told
-    how far it is, share in [0, 1], or None where that is not known. `measured(run)` is given the
-    run with its summary before the figures are drawn. `steer(simulation, folder)` returns who may
-    change things while it runs (the live viewer). The folder then holds `run.mcap`,
+    how far it is, share in [0, 1], or None where that is not known; `report.tell(sentence)`, where
+    there is one, which waypoints are out of reach, before anything moves. `measured(run)` is given
+    the run with its summary before the figures are drawn. `steer(simulation, folder)` returns who
+    may change things while it runs (the live viewer). The folder then holds `run.mcap`,
     `scenario.yaml`, `summary.json` and, unless switched off, `figures/`.
     Raises: `InputError` (a wrong scenario), `RunLogError` (the folder cannot be written).
     """
@@ -51,16 +62,23 @@ def run_scenario(
             if isinstance(scenario, Scenario)
             else read_scenario(scenario, overrides, robot=robot)
         )
-        check_acceptance(spec)
+        check_place(Path(out) if out is not None else RUNS)
         say("starting posture", 0.0)
-        if out is not None and (Path(out) / "run.mcap").exists():
-            remedy = "Give a new one"
-            raise InputError("the folder already holds a run", given=str(out), remedy=remedy)
-        simulation = Simulation(spec)
-        folder = Path(out) if out is not None else new_run_folder(Path("runs"), spec.name)
+        try:
+            check_acceptance(spec)
+            simulation = Simulation(spec)
+        except ScenarioError as error:
+            if isinstance(scenario, Scenario):
+                raise
+            raise place_error(error, scenario, overrides) from None
+        misses = [str(miss) for miss in missed_waypoints(simulation.assembly)]
+        for sentence in misses:
+            getattr(report, "tell", _tell_nobody)(sentence)
+        folder = Path(out) if out is not None else new_run_folder(RUNS, spec.name)
         if steer is not None:
             simulation.operate(steer(simulation, folder))
         outcome = run_simulation(simulation, folder, lambda t: say("simulating", t / spec.duration))
+        outcome = replace(outcome, changes=(*misses, *outcome.changes))
         context = _measure(simulation, outcome, folder, say)
         if measured is not None:
             measured(context.run)
@@ -87,6 +105,9 @@ def _draw(context: RunContext, say: Report) -> None:
 def summarise(context: RunContext, simulation: Simulation, outcome: RunOutcome) -> dict[str, Any]:
     """Return what `summary.json` holds."""
     run, rows = context.run, judge(context)
+    if outcome.ending is Ending.INTERRUPTED and "completed" in rows:
+        rows["completed"].pop("fault", None)  # nothing impossible: somebody ended it
+    faults = impossible(rows)
     return {
         "scenario": run.info.get("scenario", ""),
         "title": simulation.scenario.title,
@@ -97,11 +118,17 @@ def summarise(context: RunContext, simulation: Simulation, outcome: RunOutcome) 
         "passed": outcome.ending is Ending.COMPLETED and passed(rows),
         "simulated_s": outcome.t_end,
         "changes": list(outcome.changes),
+        "impossible": faults,
+        "look": where_to_look(rows, run.folder),
         "metrics": rows,
         "gains": list(simulation.assembly.advice.sentences()),
         "timing": {**asdict(outcome), "ending": outcome.ending.name, "cpu": platform.machine()},
         "versions": dict(run.info),
     }
+
+
+def _tell_nobody(sentence: str) -> None:
+    pass
 
 
 def _say_nothing(stage: str, share: float | None) -> None:

@@ -50,7 +50,9 @@ def page_options(command: Callable[..., None]) -> Callable[..., None]:
 @cli.command()
 @click.argument("scenario")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the run (must be new).")
-@click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change one value.")
+@click.option(
+    "--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change one value; repeatable."
+)
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
 @click.option("--physics", "engine", metavar="ENGINE", help="Engine: rigid or mujoco.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
@@ -68,7 +70,14 @@ def run(
 ) -> None:
     """Run SCENARIO (a name or a YAML file), log it, and say what was achieved.
 
-    Example: equipoise run tray --set disturbances.mass_scale=1.3
+    --set changes one value and can be given several times. PATH is the way to it, names and numbers
+    of list items (from 0) joined by dots; VALUE is YAML. Quote what has spaces or brackets:
+
+    \b
+      equipoise run tray --set disturbances.mass_scale=1.3 --set duration=3
+      equipoise run tray --set world.objects.tray.waypoints.4.xyz=[0.52,0,0.86]
+      equipoise run tray --set 'disturbances.payloads=[{mass: 2.0, object: tray}]'
+      equipoise run tray --set 'title=A tray, heavier'
     """
     from equipoise.api import run_scenario
     from equipoise.console import Progress, print_figures, print_summary
@@ -113,6 +122,7 @@ def plot(run_folder: Path) -> None:
     from equipoise.runlog import load_run
 
     loaded = load_run(run_folder)
+    _tell_note(loaded.note)
     for path in make_figures(loaded, loaded.folder / "figures"):
         click.echo(path)
 
@@ -136,6 +146,7 @@ def figures(run_folders: tuple[Path, ...], to: Path) -> None:
             for name in ("tray", "telephone"):
                 runs.append(run_scenario(name, figures=False, report=progress))
     for loaded in runs:
+        _tell_note(loaded.note)
         for path in write_paper_page(loaded, to):
             click.echo(path)
 
@@ -149,6 +160,7 @@ def export(run_folder: Path, kind: str, to: Path | None) -> None:
     from equipoise.runlog import export_csv, export_npz, load_run
 
     loaded = load_run(run_folder)
+    _tell_note(loaded.note)
     path = to if to is not None else loaded.folder / f"run.{kind}"
     (export_npz if kind == "npz" else export_csv)(loaded, path)
     click.echo(path)
@@ -194,10 +206,11 @@ def check(urdf: Path) -> None:
 
     findings = check_urdf(urdf)
     for finding in findings:
-        click.echo(str(finding))
+        click.echo(f"{finding.severity}: {finding}")
     errors = sum(finding.severity == "error" for finding in findings)
-    warnings = len(findings) - errors
-    click.echo(f"{urdf}: {errors} errors, {warnings} warnings")
+    warnings = sum(finding.severity == "warning" for finding in findings)
+    name = urdf.resolve().name if urdf.is_dir() else urdf
+    click.echo(f"{name}: {_count(errors, 'error')}, {_count(warnings, 'warning')}")
     sys.exit(WRONG_INPUT if errors else PASSED)
 
 
@@ -234,7 +247,7 @@ def report(run_folders: tuple[Path, ...], to: Path) -> None:
     """Write one HTML file about one or several RUNs, side by side, that needs no network."""
     from equipoise.analysis.report.page import make_report
 
-    click.echo(make_report(run_folders, to))
+    click.echo(make_report(run_folders, to, told=_tell_note))
 
 
 @cli.command()
@@ -313,6 +326,7 @@ def render(run_folder: Path, to: Path | None, fps: int) -> None:
     from equipoise.runlog import load_run
 
     loaded = load_run(run_folder)
+    _tell_note(loaded.note)
     path = to if to is not None else loaded.folder / "video.mp4"
     try:
         with Progress() as progress:
@@ -345,6 +359,16 @@ def verify(groups: tuple[str, ...], as_json: bool) -> None:
     else:
         print_verdicts(verdicts)
     sys.exit(PASSED if all(verdict.holds for verdict in verdicts) else NOT_PASSED)
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def _tell_note(note: str) -> None:
+    """Say what is missing of a log, or wrong with it, on the side where no numbers go."""
+    if note:
+        click.echo(f"Note: {note}", err=True)
 
 
 def main() -> None:

@@ -56,6 +56,11 @@ class Progress:
             self._stage = stage
         self._show(stage, share)
 
+    def tell(self, sentence: str) -> None:
+        """Print a sentence between the bars."""
+        self.rest()
+        _console.print(f"Told:    {sentence}", markup=False)
+
     def rest(self, *, finished: bool = True) -> None:
         """Leave the bars as they stand; the next stage opens new ones below."""
         if self._bars is not None:
@@ -88,7 +93,7 @@ class Progress:
 
 def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
     """Print wanted against achieved, the speed, and where everything is."""
-    table = Table(title=f"{summary['title'] or summary['scenario']} ({summary['robot']})")
+    table = Table(title=escape(f"{summary['title'] or summary['scenario']} ({summary['robot']})"))
     columns: list[tuple[str, JustifyMethod]] = [
         ("", "left"), ("achieved", "right"), ("wanted", "right"), ("", "left"),
     ]  # fmt: skip
@@ -96,7 +101,7 @@ def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
         table.add_column(column, justify=justify)
     for row in summary["metrics"].values():
         mark = {True: "[green]yes", False: "[red bold]NO"}.get(row.get("passed"), "")
-        table.add_row(row["doc"], _quantity(row["value"], row["unit"]), _wanted(row), mark)
+        table.add_row(escape(row["doc"]), _quantity(row["value"], row["unit"]), _wanted(row), mark)
     _console.print(table)
     timing = summary["timing"]
     first = timing["first_wall"]
@@ -111,15 +116,24 @@ def print_summary(summary: Mapping[str, Any], folder: Path) -> None:
     for line in _story(summary):
         _console.print(line, markup=False)
     if summary["ended"] != "completed":
-        _console.print(f"[red bold]Ended early:[/] {summary['note']}")
+        _console.print(f"[red bold]Ended early:[/] {escape(str(summary['note']))}")
+    _print_faults(summary)
     _console.print(f"Result: {'[green]met' if summary['passed'] else '[red bold]not met'}[/]")
-    _console.print(f"Run:     {folder}")
+    _console.print(f"Run:     {folder}", markup=False)
+
+
+def _print_faults(summary: Mapping[str, Any]) -> None:
+    """Print what happened that cannot be, and where it can be looked at."""
+    for fault in summary.get("impossible") or ():
+        _console.print(f"[red bold]Impossible:[/] {escape(fault)}")
+    if summary.get("look"):
+        _console.print(f"Look at:  {summary['look']}", markup=False)
 
 
 def print_figures(folder: Path) -> None:
     """Print where the figures of a run are, if there are any."""
     if (folder / "figures").is_dir():
-        _console.print(f"Figures: {folder / 'figures'}")
+        _console.print(f"Figures: {folder / 'figures'}", markup=False)
 
 
 def _story(summary: Mapping[str, Any]) -> list[str]:
@@ -158,7 +172,7 @@ def print_robot(robot: Robot) -> None:
         table.add_column(escape(column), justify="left" if column == "joint" else "right")
     for i, joint in enumerate(robot.joint_names):
         limits = (robot.q_min[i], robot.q_max[i], robot.v_max[i], robot.tau_max[i])
-        table.add_row(joint, *(f"{x:.3f}" for x in limits))
+        table.add_row(escape(joint), *(f"{x:.3f}" for x in limits))
     _console.print(table)
 
 
@@ -172,5 +186,9 @@ def _quantity(value: Any, unit: str) -> str:
 
 def _wanted(row: Mapping[str, Any]) -> str:
     signs = {"max": "<=", "min": ">="}
-    bounds = row.get("wanted", {})
-    return ", ".join(f"{signs[k]} {_quantity(bounds[k], row['unit'])}" for k in bounds)
+    bounds, always = row.get("wanted", {}), row.get("loosened", {})
+    wanted = ", ".join(f"{signs[k]} {_quantity(bounds[k], row['unit'])}" for k in bounds)
+    if always:
+        usual = ", ".join(f"{signs[k]} {_quantity(always[k], row['unit'])}" for k in always)
+        wanted += f" (loosened from {usual})"
+    return wanted

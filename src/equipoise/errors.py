@@ -14,10 +14,31 @@ A numerical outcome inside the control loop is never an exception but a status (
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 LISTED_AT_MOST = 40
+QUOTED_AT_MOST = 160  # characters of what was given: a line
+
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother, _SHORT.maxlong = 4, 120, 120, 60
+_SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = _SHORT.maxset = _SHORT.maxarray = 16
+
+
+def quoted(value: object) -> str:
+    """Return what was given as Python writes it, a line at most; the middle of more is left out."""
+    text = repr(value) if isinstance(value, str) and len(value) <= 120 else _SHORT.repr(value)
+    text = " ".join(text.split())
+    if len(text) > QUOTED_AT_MOST:
+        text = f"{text[: QUOTED_AT_MOST - 40]} ... {text[-30:]}"
+    return text
+
+
+def one_line(said: object) -> str:
+    """Return what a library said on one line of a length that can be read."""
+    line = " ".join(str(said).split())
+    return line if len(line) <= 2 * QUOTED_AT_MOST else f"{line[:QUOTED_AT_MOST]} ... {line[-120:]}"
 
 
 class EquipoiseError(Exception):
@@ -48,7 +69,7 @@ class InputError(EquipoiseError):
     def _compose(self) -> str:
         parts = [self.problem.rstrip(".") + "."]
         if self.given is not None:
-            parts.append(f"Given: {self.given!r}.")
+            parts.append(f"Given: {quoted(self.given)}.")
         if self.known:
             parts.append(f"Known: {', '.join(self.known)}.")
         if self.remedy:
@@ -61,7 +82,7 @@ def _nearest(name: str, names: list[str], count: int, cutoff: float) -> list[str
     by_small: dict[str, list[str]] = {}
     for known in names:
         by_small.setdefault(known.lower(), []).append(known)
-    small = get_close_matches(name.lower(), by_small, n=count, cutoff=cutoff)
+    small = get_close_matches(name.lower()[:QUOTED_AT_MOST], by_small, n=count, cutoff=cutoff)
     return [known for key in small for known in by_small[key]][:count]
 
 
@@ -71,12 +92,12 @@ class NameNotFoundError(InputError):
     def __init__(self, kind: str, name: str, known: Iterable[str], *, remedy: str = "") -> None:
         names = sorted(known)
         near = _nearest(name, names, 3, 0.6)
-        hint = f"Did you mean {' or '.join(repr(n) for n in near)}?" if near else ""
+        hint = f"Did you mean {' or '.join(quoted(n) for n in near)}?" if near else ""
         if len(names) > LISTED_AT_MOST:
             likest = _nearest(name, names, LISTED_AT_MOST // 2, 0.0)
             names = [*likest, f"and {len(names) - len(likest)} more"]
         super().__init__(
-            f"There is no {kind} {name!r}",
+            f"There is no {kind} {quoted(name)}",
             known=names,
             remedy=" ".join(part for part in (hint, remedy) if part),
         )
@@ -115,9 +136,21 @@ class ScenarioError(InputError):
     ) -> None:
         self.path = path
         self.line = line
+        self.plain = problem
         where = f"line {line}, " if line is not None else ""
+        path = path if len(path) <= QUOTED_AT_MOST else f"{path[:80]} ... {path[-40:]}"
         prefix = f"{where}{path}: " if path else where
         super().__init__(prefix + problem, given=given, known=known, remedy=remedy)
+
+    def at(self, place: str, *, line: int | None = None) -> ScenarioError:
+        """Return the same complaint that begins with its place: a file (and line), an option."""
+        said = ScenarioError(
+            self.plain, path=self.path, line=line, given=self.given, known=self.known,
+            remedy=self.remedy,
+        )  # fmt: skip
+        said.problem = f"{place}: {said.problem}"
+        said.args = (said._compose(),)
+        return said
 
 
 class AdviceWarning(UserWarning):

@@ -17,6 +17,12 @@ RENAMED = {
     "equipoise.tasks.TravelTrajectory": f"{TRAJECTORIES}.TravelTrajectory",
     "equipoise.tasks.Waypoint": f"{TRAJECTORIES}.Waypoint",
     "equipoise.tasks.WaypointTrajectory": f"{TRAJECTORIES}.WaypointTrajectory",
+    "equipoise.distances.DistanceEvaluator": "equipoise.collision.distances.DistanceEvaluator",
+    "equipoise.distances.PairDistance": "equipoise.collision.distances.PairDistance",
+    "equipoise.world.Body": "equipoise.collision.scene.Body",
+    "equipoise.world.Pair": "equipoise.collision.scene.Pair",
+    "equipoise.world.Scene": "equipoise.collision.scene.Scene",
+    "equipoise.world.Shape": "equipoise.collision.scene.Shape",
     "equipoise.control.Profile": f"{TRAJECTORIES}.Profile",
     "equipoise.control.Target": "equipoise.control.Reference",
 }

@@ -127,7 +127,7 @@ def test_a_period_that_is_none_is_refused_wherever_one_is_given(hrp2, dt):
         lambda: observer_gain(0.02, dt),
         lambda: DelayLine(0.003, dt),
     ):
-        with pytest.raises(InputError, match="period must be finite and positive"):
+        with pytest.raises(InputError, match=r"period must be (finite and positive|a real number)"):
             make()
 
 
@@ -166,7 +166,7 @@ def test_numbers_of_the_wrong_sign_are_refused(hrp2, value):
             name="s", sole=sole.sole, T_world_anchor=sole.T_world_anchor, friction=value
         ),
     ):
-        with pytest.raises(InputError, match="must be finite and"):
+        with pytest.raises(InputError, match=r"must be (finite and|positive)|is not finite"):
             make()
 
 

@@ -189,3 +189,98 @@ def test_an_axis_of_another_length_turns_as_far(tmp_path: Path) -> None:
     long = load_robot(write(tmp_path, GOOD.replace('axis xyz="0 1 0"', 'axis xyz="0 2 2"')))
     unit = load_robot(write(tmp_path, GOOD.replace('axis xyz="0 1 0"', 'axis xyz="0 1 1"')))
     assert long.model.joints[2] == unit.model.joints[2]
+
+
+XACRO = {
+    "macro": ("</robot>", '<xacro:leg prefix="left"/></robot>', "xacro:leg"),
+    "macro in a link": ('<link name="tip"/>', '<link name="tip"><xacro:shape/></link>', "shape"),
+    "property": ("</robot>", '<xacro:property name="a" value="1"/></robot>', "property"),
+    "other prefix": (
+        '<robot name="two">',
+        '<robot name="two" xmlns:x="http://www.ros.org/wiki/xacro"><x:leg/>',
+        "x:leg",
+    ),
+    "name of a link": ('name="tip"/>', 'name="${prefix}tip"/>', "link name.*prefix"),
+    "name of a joint": ('name="elbow"', 'name="$(arg side)_elbow"', "joint name.*side"),
+    "number": ('effort="30"', 'effort="${strong}"', "limit effort.*strong"),
+    "deep": ('xyz="0 0 1"', 'xyz="0 0 ${height}"', "origin xyz.*height"),
+}
+
+
+@pytest.mark.parametrize("case", XACRO)
+def test_xacro_that_is_left_over_is_an_error_with_the_remedy(case: str, tmp_path: Path) -> None:
+    old, new, wanted = XACRO[case]
+    assert old in GOOD
+    said = refusal(tmp_path, GOOD.replace(old, new, 1))
+    assert re.search(wanted, said), said
+    assert "xacro FILE.xacro > FILE.urdf" in said
+
+
+def test_an_expanded_file_may_keep_its_namespace_and_what_others_read(tmp_path: Path) -> None:
+    text = GOOD.replace(
+        '<robot name="two">',
+        '<robot name="two" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<gazebo><plugin filename="$(find x)/y"/></gazebo><transmission name="t"/>'
+        "<ros2_control/><mujoco><compiler/></mujoco>",
+    )
+    path = write(tmp_path, text)
+    assert load_robot(path).na == 1
+    assert [f for f in check_urdf(path) if "no soles" not in str(f)] == []
+
+
+ARM_PART = (
+    f'<link name="hand">{INERTIAL}</link><joint name="wrist" type="revolute"><parent link="tip"/>'
+    '<child link="hand"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+)
+
+
+def in_capitals(part: str) -> str:
+    return part.replace("<l", "<L").replace("</l", "</L").replace("<j", "<J").replace("</j", "</J")
+
+
+def feather(inertial: str) -> str:
+    return inertial.replace('"2.0"', '"1e-7"').replace('"0.02"', '"1e-9"')
+
+
+TOLD = {
+    "capitals": ("</robot>", in_capitals(ARM_PART) + "</robot>", "small letters: <link>"),
+    "group": ("</robot>", f"<group>{ARM_PART}</group></robot>", "'group'.*1 link, 1 joint"),
+    "wrapped": ("</robot>", f"<parts><arm>{ARM_PART}</arm></parts></robot>", "1 link, 1 joint"),
+    "include": ("</robot>", '<include filename="x"/></robot>', "includes nothing"),
+    "unknown": ("</robot>", "<frobnicate/></robot>", "'frobnicate'"),
+    "mimic": ("<axis", '<mimic joint="x"/><axis', "mimic"),
+    "degrees": ('lower="-1.5"', 'lower="-90"', "two turns.*degrees"),
+    "axis": ('axis xyz="0 1 0"', 'axis xyz="0 2 0"', "length 1"),
+    "no axis": ('<axis xyz="0 1 0"/>', "", "x is taken"),
+    "grams": ('mass value="2.0"', 'mass value="2000"', "'base'.*absurd mass: 2000 kg"),
+    "feather": (INERTIAL, feather(INERTIAL), "absurd mass: 1e-07 kg"),
+    "attribute": ('<link name="tip"', '<link name="tip" colour="red"', "colour.*not read"),
+    "no soles": ("</robot>", "</robot>", "no soles"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", TOLD)
+def test_what_a_check_warns_of_loading_says_too(case: str, tmp_path: Path, caplog) -> None:
+    old, new, wanted = TOLD[case]
+    assert old in GOOD
+    path = write(tmp_path, GOOD.replace(old, new, 1))
+    found = [str(f) for f in check_urdf(path)]
+    assert caplog.text == ""  # a check answers, it does not talk
+    assert any(re.search(wanted, one) for one in found), found
+    assert load_robot(path).na == 1
+    for one in found:
+        assert one in caplog.text
+
+
+@pytest.mark.parametrize("count", [10, 2000])
+def test_a_whole_robot_of_tonnes_is_told(tmp_path: Path, count: int) -> None:
+    path = write(tmp_path, GOOD.replace('mass value="2.0"', f'mass value="{count}"'))
+    assert any("absurd" in str(f) for f in check_urdf(path)) == (count > 500)
+
+
+def test_names_of_any_length_are_quoted_in_a_line(tmp_path: Path) -> None:
+    for name in ("x" * 5000, "a\x7fb"):
+        said = refusal(tmp_path, GOOD.replace('<link name="tip"', f'<link name="{name}"'))
+        assert len(said) < 1500
+        said = refusal(tmp_path, GOOD.replace('<robot name="two"', f'<robot name="{name}"'))
+        assert len(said) < 500

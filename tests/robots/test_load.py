@@ -174,7 +174,9 @@ def test_meshes_inside_the_package_are_read(package: Path, monkeypatch: pytest.M
         ("package://../secret.stl", "must be package"),
         ("package://other/body.stl", "package folder was not found.*package_dirs"),
         ("package://arm/meshes/none.stl", "no mesh file"),
-        ("../meshes/body.stl", "outside its folder"),
+        ("../meshes/link.stl", "outside its folder"),
+        ("../../secret.stl", "outside its folder"),
+        ("../urdf/../../secret.stl", "outside its folder"),
         ("/etc/hostname", "must be package"),
         ("file:///etc/hostname", "must be package"),
         ("https://example.org/body.stl", "must be package"),
@@ -202,3 +204,54 @@ def test_package_dirs_hold_packages(package: Path, tmp_path: Path) -> None:
     write_tetrahedron(elsewhere / "skins" / "body.stl")
     with_mesh(package, "package://skins/body.stl")
     load_robot(package, package_dirs=[elsewhere])
+
+
+@pytest.mark.parametrize("deep", [False, True])
+def test_meshes_beside_the_urdf_s_folder_and_in_its_package_are_found(
+    package: Path, deep: bool
+) -> None:
+    """`../meshes/x.stl` is the most common layout; in a package it may lead further up."""
+    with_mesh(package, "../meshes/body.stl")
+    if deep:
+        (package.parent.parent / "package.xml").write_text("<package/>")
+        inner = package.parent / "v1" / "arm.urdf"
+        inner.parent.mkdir()
+        for suffix in (".urdf", ".srdf", ".yaml"):
+            if package.with_suffix(suffix).exists():
+                shutil.move(package.with_suffix(suffix), inner.with_suffix(suffix))
+        edit(inner, "../meshes", "../../meshes")
+        package = inner
+    robot = load_robot(package)
+    assert len(robot.visual_model.geometryObjects) > 0
+    assert not [f for f in check_urdf(package) if f.severity == "error"]
+
+
+def test_a_package_s_file_does_not_open_what_is_outside(package: Path) -> None:
+    (package.parent.parent / "package.xml").write_text("<package/>")
+    outside = package.parent.parent.parent
+    write_tetrahedron(outside / "other.stl")
+    (package.parent / "near").symlink_to(outside)
+    for name in (
+        "../../other.stl",
+        "near/other.stl",
+        "../urdf/../../other.stl",
+        "./near/../../../x",
+    ):
+        text = package.read_text(encoding="utf-8")
+        with_mesh(package, name)
+        with pytest.raises(RobotFileError, match="outside its folder"):
+            load_robot(package)
+        package.write_text(text, encoding="utf-8")
+
+
+def test_old_homes_of_scenes_and_distances_say_where_they_are_now() -> None:
+    import equipoise.distances
+    import equipoise.world
+    from equipoise.collision.scene import Scene
+
+    with pytest.warns(DeprecationWarning, match="equipoise.collision.scene.Scene"):
+        assert equipoise.world.Scene is Scene
+    with pytest.warns(DeprecationWarning, match="collision.distances"):
+        assert equipoise.distances.DistanceEvaluator is not None
+    with pytest.raises(AttributeError):
+        equipoise.world.Nothing  # noqa: B018

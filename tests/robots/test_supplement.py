@@ -9,8 +9,9 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+from test_check import GOOD
 
-from equipoise.errors import InputError
+from equipoise.errors import InputError, RobotFileError
 from equipoise.robots import Robot, check_urdf, get_robot, load_robot, robot_urdf_path
 
 HRP2 = robot_urdf_path("hrp2")
@@ -164,3 +165,37 @@ def test_a_check_sends_to_the_yaml_that_was_given(tmp_path: Path) -> None:
     yaml.write_text(yaml.read_text(encoding="utf-8") + "locked: {LARM_JOINT33: 0.0}\n")
     (refused,) = check_urdf(place)
     assert str(refused).endswith("?")
+
+
+MOVING = (
+    '<link name="more"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" '
+    'izz="1"/></inertial></link><joint name="last" type="revolute"><parent link="tip"/>'
+    '<child link="more"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+)
+
+
+@pytest.mark.parametrize(
+    ("value", "fits"),
+    [(0.5, True), (1.25, True), (-1.5, True), (1.2500005, True), (1.26, False), (-1.6, False),
+     (30.0, False), (1e300, False)],
+)  # fmt: skip
+def test_a_joint_is_locked_only_inside_its_range(tmp_path, value, fits):
+    (tmp_path / "two.urdf").write_text(GOOD)
+    (tmp_path / "two.yaml").write_text(f"locked: {{elbow: {value}}}\n")
+    found = [str(f) for f in check_urdf(tmp_path / "two.urdf") if f.severity == "error"]
+    if fits:
+        assert not any("lock" in one for one in found)
+        return
+    assert len(found) == 1
+    assert "range is -1.5 to 1.25 rad" in found[0]
+    with pytest.raises(RobotFileError, match="cannot be locked there"):
+        get_robot(tmp_path / "two.urdf")
+
+
+def test_a_joint_without_stops_is_locked_within_two_turns(tmp_path):
+    text = GOOD.replace("revolute", "continuous").replace("</robot>", MOVING + "</robot>")
+    (tmp_path / "two.urdf").write_text(text)
+    for value, fits in ((6.0, True), (90.0, False)):
+        (tmp_path / "two.yaml").write_text(f"locked: {{elbow: {value}}}\n")
+        found = check_urdf(tmp_path / "two.urdf")
+        assert any("locked" in str(f) for f in found) != fits

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import struct
 import subprocess
 import sys
 import textwrap
@@ -18,7 +19,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from equipoise.errors import RunLogError
-from equipoise.runlog import Channel, Run, RunWriter, load_run
+from equipoise.runlog import Channel, Run, RunWriter, check_log, load_run
 from equipoise.runlog.folders import write_summary
 
 
@@ -80,8 +81,12 @@ def test_a_flipped_bit_never_changes_a_number(log: Run, position: float, bit: in
         run = load_run(spoilt)
     except RunLogError:
         return
-    if run.names != log.names or run["q"].shape[1] != 5:
-        return  # the flip hit the description of the channels, which has no checksum
+    if (dict(run.channels), run.scenario_text, run.seed, dict(run.info)) != (
+        dict(log.channels), log.scenario_text, log.seed, dict(log.info)
+    ):  # fmt: skip
+        assert not run.complete
+        assert "does not match its checksum" in run.note
+        return
     where = np.searchsorted(log.t, run.t)
     assert np.array_equal(run.t, log.t[where])
     assert np.array_equal(run["q"], log["q"][where])
@@ -98,6 +103,75 @@ def test_a_spoilt_chunk_is_left_out_and_said(log: Run, chunks: list[tuple[int, i
     assert not run.complete
     assert "1 chunk had to be left out" in run.note
     assert np.array_equal(run["f"][:, 0], np.delete(log["f"][:, 0], np.arange(before, after)))
+
+
+def records_of(content: bytes) -> list[tuple[int, int, int]]:
+    """Return opcode, place [bytes] and length of each record, as the MCAP specification has it."""
+    found, at = [], 8
+    while at + 9 <= len(content) - 8:
+        opcode, length = struct.unpack_from("<BQ", content, at)
+        found.append((opcode, at, length))
+        at += 9 + length
+    return found
+
+
+CHUNK, INDEX = 6, 7
+
+
+@pytest.mark.parametrize("which", [0, 3, -1])
+def test_a_chunk_that_is_no_longer_recognised_is_missed(log: Run, which: int) -> None:
+    """One bit of its opcode: its ticks are gone, and their number is told, also for a window."""
+    content = bytearray((log.folder / "run.mcap").read_bytes())
+    chunks = [at for opcode, at, _ in records_of(content) if opcode == CHUNK]
+    content[chunks[which]] ^= 1
+    spoilt = log.folder / "spoilt.mcap"
+    spoilt.write_bytes(content)
+    run = load_run(spoilt)
+    lost = np.setdiff1d(log.t, run.t)
+    assert lost.size
+    assert not run.complete
+    assert f"{lost.size} tick" in run.note
+    assert check_log(spoilt) == run.note
+    around = load_run(spoilt, start=lost[0] - 1e-6, stop=lost[-1] + 1e-6)
+    assert not around.complete
+    assert f"{lost.size} tick" in around.note
+    assert f"{lost.size} tick" in load_run(spoilt, start=-1.0, stop=-1.0).note  # no chunk is read
+
+
+def test_ticks_cut_out_of_the_middle_are_missed_by_their_numbers(log: Run) -> None:
+    """A chunk with its index cut out of an unfinished log: nothing but the numbers tells."""
+    content = (log.folder / "run.mcap").read_bytes()
+    records = records_of(content)
+    chunks = [(at, length) for opcode, at, length in records if opcode == CHUNK]
+    first, after = chunks[3][0], chunks[4][0]
+    spoilt = log.folder / "spoilt.mcap"
+    spoilt.write_bytes(content[:first] + content[after : chunks[6][0]])
+    run = load_run(spoilt)
+    lost = log.t[(log.t < run.t[-1]) & ~np.isin(log.t, run.t)]
+    before, behind = run.t[run.t < lost[0]][-1], run.t[run.t > lost[-1]][0]
+    told = f"{lost.size} ticks are missing between t = {before:.6g} s and t = {behind:.6g} s"
+    assert told in run.note
+
+
+@given(share=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
+@settings(max_examples=80, deadline=None)
+def test_a_changed_label_or_scenario_is_noticed(log: Run, share: float, bit: int) -> None:
+    """Wherever a bit of the opening texts changes, the log is refused or says so."""
+    content = bytearray((log.folder / "run.mcap").read_bytes())
+    texts = [(at, length) for opcode, at, length in records_of(content) if opcode == 12]
+    first, end = texts[0][0] + 9, texts[-1][0] + 9 + texts[-1][1]
+    content[first + int(share * (end - first))] ^= 1 << bit
+    spoilt = log.folder / "spoilt.mcap"
+    spoilt.write_bytes(content)
+    try:
+        run = load_run(spoilt)
+    except RunLogError:
+        return
+    if run.complete:  # a length that reaches beyond the record hurts nothing
+        assert (run.scenario_text, run.seed) == (log.scenario_text, log.seed)
+        assert (dict(run.channels), dict(run.info)) == (dict(log.channels), dict(log.info))
+    else:
+        assert run.note
 
 
 @given(st.binary(max_size=200))
@@ -153,10 +227,13 @@ def test_a_log_of_another_format_is_refused(tmp_path: Path, write: Callable) -> 
     log = tmp_path / "run.mcap"
     entry = b"\x06\x00\x00\x00format\x01\x00\x00\x00"
     content = log.read_bytes()
-    assert content.count(entry + b"1") == 1
-    log.write_bytes(content.replace(entry + b"1", entry + b"2"))
-    with pytest.raises(RunLogError, match="has format '2'"):
+    assert content.count(entry + b"2") == 1
+    log.write_bytes(content.replace(entry + b"2", entry + b"3"))
+    with pytest.raises(RunLogError, match="has format '3'"):
         load_run(tmp_path)
+    log.write_bytes(content.replace(entry + b"2", entry + b"1"))  # before there were checksums
+    run = load_run(tmp_path)
+    assert (run.t.size, run.complete, run.note) == (3, True, "")
 
 
 def test_a_spoilt_summary_does_not_hide_the_run(tmp_path: Path, write: Callable) -> None:

@@ -197,7 +197,7 @@ def test_unknown_scenario_suggests():
 
 
 def test_missing_file_is_an_error_of_ours(tmp_path):
-    with pytest.raises(ScenarioError, match="cannot read"):
+    with pytest.raises(ScenarioError, match="there is no file"):
         read_scenario(str(tmp_path / "none.yaml"))
 
 

@@ -20,7 +20,6 @@ from equipoise.tasks import (
     ComPolygonTask,
     ContactTask,
     FramePoseTask,
-    GazeTask,
     JointLimitsTask,
     PostureTask,
 )
@@ -55,30 +54,6 @@ def test_frame_pose_position_error_decays_at_its_rate(hrp2, rng, way):
     v = np.linalg.pinv(rows.A) @ rows.lower
     rate = central(hrp2, q, v, 1.0, task.error)
     assert np.allclose(rate, -7.0 * task.error(kinematics(hrp2, q), 1.0), atol=2e-5)
-
-
-def test_gaze_rows_are_the_rate_of_the_direction(hrp2, rng, way):
-    q, v = random_state(hrp2, rng)
-    task = GazeTask("look", hrp2.frame_id("camera"), way, rate=3.0)
-
-    def direction(kin, t):
-        T_world_camera = kin.placement(hrp2.frame_id("camera"))
-        ray = T_world_camera.actInv(way.at(t).T_world_target.translation)
-        return (ray / np.linalg.norm(ray))[1:]
-
-    kin = kinematics(hrp2, q)
-    rows = task.rows(kin, 1.0)
-    feedforward_and_error = rows.lower + 3.0 * task.error(kin, 1.0)
-    rate = central(hrp2, q, v, 1.0, direction)
-    assert np.allclose(rows.A @ v - feedforward_and_error, rate, atol=1e-7)
-
-
-def test_gaze_behind_still_has_an_error(hrp2):
-    q = hrp2.q_half_sitting
-    T = kinematics(hrp2, q).placement(hrp2.frame_id("camera"))
-    behind = WaypointTrajectory([Waypoint(0.0, T * pose((-1.0, 0.0, 0.0)))])
-    task = GazeTask("look", hrp2.frame_id("camera"), behind)
-    assert np.linalg.norm(task.error(kinematics(hrp2, q), 0.0)) == pytest.approx(np.pi)
 
 
 def test_com_rows_are_the_rate_of_the_room(hrp2, rng):

@@ -187,6 +187,25 @@ def test_a_page_from_elsewhere_reads_and_pushes_nothing(replay: Replay, browser:
         elsewhere.server_close()
 
 
+def test_a_narrow_page_leaves_the_picture_its_room(
+    replay: Replay, tmp_path: Path, shots: Path
+) -> None:
+    """At 900 pixels the picture has more than half of the width; the plots unfold by a click."""
+    browser = start_chromium(tmp_path / "narrow", (900, 700))
+    try:
+        browser.get(replay.server.url)
+        wait_for_robot(browser)
+        width = "return document.querySelector('canvas').parentElement.clientWidth"
+        until(lambda: browser.execute_script(width) > 450)
+        picture(browser, shots / "narrow.png")
+        browser.execute_script(
+            "document.elementFromPoint(20, 6).closest('[role=button]').click()"
+        )  # the plus of the folded panel
+        until(lambda: browser.execute_script(width) < 450, seconds=20.0)
+    finally:
+        browser.quit()
+
+
 def test_opened_to_the_network_the_token_opens_the_page(browser: Any) -> None:
     server = ViewerServer("0.0.0.0", port=0)
     try:

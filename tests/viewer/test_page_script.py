@@ -12,7 +12,7 @@ pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.
 from websockets.datastructures import Headers
 from websockets.http11 import Response
 
-from equipoise.viewer.page_script import SCRIPT, with_script
+from equipoise.viewer.page_script import SCRIPTS, with_script
 from equipoise.viewer.server import ViewerServer
 
 
@@ -24,7 +24,7 @@ def test_the_page_ends_with_the_script(server: ViewerServer) -> None:
     connection.close()
     assert int(answer.headers["Content-Length"]) == len(page)
     assert page.rstrip().endswith(b"</html>")
-    assert SCRIPT.read_bytes() in page[-20_000:]
+    assert all(script.read_bytes() in page[-20_000:] for script in SCRIPTS)
 
 
 @pytest.mark.parametrize("body", [None, b"", b"no page"])

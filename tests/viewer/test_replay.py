@@ -18,7 +18,9 @@ from scene_poses import in_the_world
 
 from equipoise.cli import cli
 from equipoise.errors import EquipoiseError
+from equipoise.hqp.row_names import quantity
 from equipoise.kinematics import KinematicsEvaluator
+from equipoise.tasks.standing import standing_of
 from equipoise.viewer.layer import Moment
 from equipoise.viewer.layers import centre_of_pressure
 from equipoise.viewer.longlog import LongLog
@@ -65,14 +67,30 @@ def test_keys_and_buttons_move_by_one_tick(replay: Replay) -> None:
 
 
 def test_the_table_names_every_task_and_judges_it(replay: Replay) -> None:
+    """The words are those of `standing_of`; a log without a reference has none."""
     replay.clock.seek(0.1)
     until(lambda: "Level 4" in replay.display._hierarchy._html.content)
-    table = replay.display._hierarchy._html.content
-    for level in replay.display.levels:
+    replay.stop()
+    display, tick = replay.display, replay.log.at(0.1)
+    table = display._hierarchy._html.content
+    for level in display.levels:
         for task in level:
             assert task.name in table
-    rows = [row for row in table.split("<tr") if "Level" in row]
-    assert ["short" in row for row in rows] == [False, False, False, True, True]
+    assert '<span class="short">' not in table
+    q, v = tick.values["q"], np.zeros(display.setup.robot.nv)
+    moment = display.moment(tick.t, {**tick.values, "q_ref": q, "v_ref": v})
+    assert moment is not None
+    display._hierarchy.show(moment)
+    kin = display.setup.robot.at(q, v, tick.t)
+    table, last = display._hierarchy._html.content, display.levels[-1]
+    assert [task.name for task in last] == ["posture"]
+    assert '<span class="left-over">left over</span>' in table.rpartition("Level 4")[2]
+    for row in (row for row in table.split("<tr") if "Level" not in row):
+        task = next((t for level in display.levels for t in level if f">{t.name}<" in row), None)
+        if task is not None:
+            stands = standing_of(task, kin, v, tick.t)
+            assert f">{stands.word}</span>" in row
+            assert all(quantity(*amount) in row for amount in stands.amounts)
 
 
 def test_plots_and_trails_come_by_themselves(replay: Replay) -> None:

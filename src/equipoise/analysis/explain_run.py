@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -21,12 +21,13 @@ from equipoise.hqp import (
     save_problem,
 )
 from equipoise.motion import MotionGenerator
-from equipoise.runlog import Run, load_run
+from equipoise.runlog import CHECKED_WHOLE, Run, check_log, load_run
 from equipoise.scenarios.read import parse_scenario
 from equipoise.simulation.build.fades import build_fades
 from equipoise.simulation.build.levels import build_levels
 from equipoise.simulation.build.setup import build_setup
-from equipoise.tasks import describe_rows
+from equipoise.tasks import Task, describe_rows
+from equipoise.tasks.standing import with_standing
 
 AROUND = 0.05  # [s] what is loaded of a log on either side; more than two of the longest periods
 AGREES = 1e-4  # [m/s, rad/s] how far the rebuilt velocity may be from the logged one: a robot at
@@ -40,6 +41,7 @@ class RebuiltTick:
     `t` [s] is the time of the tick; `row_names` [m] are how rows are called; `difference`
     [m/s, rad/s] is the largest between the rebuilt and the logged reference velocity. `fading` are
     the tasks on a ramp with their weights; the solution is that of the hierarchy with all of them.
+    `note` says what is damaged of the log.
     """
 
     t: float
@@ -48,10 +50,13 @@ class RebuiltTick:
     row_names: tuple[RowDescription, ...]
     difference: float
     fading: dict[str, float]
+    note: str = ""
+    tasks: Mapping[str, Task] = field(default_factory=dict)
 
     def explain(self, tasks: tuple[str, ...] = ()) -> Explanation:
         """Say which tasks (or which of `tasks`) were short at this tick, and why."""
-        return explain(self.hierarchy, self.solution.v, self.row_names, tasks=tasks)
+        said = explain(self.hierarchy, self.solution.v, self.row_names, tasks=tasks)
+        return with_standing(said, self.tasks)
 
 
 def rebuild_tick(run_path: Path | str, t: float) -> RebuiltTick:
@@ -83,10 +88,13 @@ def rebuild_tick(run_path: Path | str, t: float) -> RebuiltTick:
             given=str(run_path),
             remedy="Explain the run with the version of Equipoise, and the robot, that made it",
         )
-    row_names = describe_rows([task for level in levels for task in level], hierarchy)
+    tasks = {task.name: task for level in levels for task in level}
+    row_names = describe_rows([*tasks.values()], hierarchy)
     weights = {name: fade.weight(time) for name, fade in fades.items()}
     fading_now = {name: w for name, w in weights.items() if 0.0 < w < 1.0}
-    return RebuiltTick(time, hierarchy, solution, row_names, difference, fading_now)
+    return RebuiltTick(
+        time, hierarchy, solution, row_names, difference, fading_now, run.note, tasks
+    )
 
 
 def explain_tick(
@@ -105,7 +113,9 @@ def explain_tick(
         raise InputError("A run has many ticks", given=str(run_path), remedy="Say which: --at T")
     tick = rebuild_tick(run_path, t)
     said = tick.explain(tuple(tasks))
-    lines = [f"t = {tick.t:g} s", *_about_fading(tick), said.details() if details else str(said)]
+    noted = tick.note or check_log(run_path, at_most=CHECKED_WHOLE)
+    lines = [f"Note: {noted}"] * bool(noted)
+    lines += [f"t = {tick.t:g} s", *_about_fading(tick), said.details() if details else str(said)]
     if save is not None:
         note = f"{run_path}, t = {tick.t:g} s"
         save_problem(save, tick.hierarchy, words=tick.row_names, note=note)

@@ -75,10 +75,11 @@ class RunContext:
             if isinstance(spec, schema.PushContactSpec)
         ]
 
-    def margins(self, kind: str) -> list[Array]:
-        """Return one component (N,) of the reaction margins of each sole."""
+    def margins(self, kind: str) -> dict[str, Array]:
+        """Return by sole one component (N,) of its reaction margins."""
         column = ReactionMargins.LABELS.index(kind)
-        return [self.run[n][:, column] for n in self.run.names if n.startswith("margin/")]
+        names = [name for name in self.run.names if name.startswith("margin/")]
+        return {name.removeprefix("margin/"): self.run[name][:, column] for name in names}
 
     def has(self, *channels: str) -> bool:
         """Return whether there are ticks, and numbers of all these channels in them."""

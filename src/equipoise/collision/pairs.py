@@ -150,20 +150,12 @@ class PairProgram:
         """Return shape and place of one side of a pair of shapes, or of an end."""
         shape = next(s for s, k in self.numbers.items() if k == number)
         row, end = part.poses[number], part.end[n]
-        geometry = convex(self.shapes[shape].geometry)
+        geometry = self.shapes[shape].geometry
         R, p = row[:9].reshape(3, 3).T, row[9:].copy()
         if abs(end) == which + 1:
             p += np.sign(end) * part.size[number, 0] * R[:, 2]
             geometry = coal.Sphere(part.radius[number])
         return geometry, coal.Transform3s(R, p)
-
-
-def convex(geometry: coal.CollisionGeometry) -> coal.CollisionGeometry:
-    """Return the shape itself, or the convex hull of a mesh: Coal takes a mesh as hollow."""
-    if isinstance(geometry, coal.BVHModelBase):
-        geometry.buildConvexHull(True, "Qt")
-        return geometry.convex
-    return geometry
 
 
 @compiled

@@ -14,16 +14,34 @@ import pinocchio as pin
 
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.robots import Robot
+from equipoise.robots.hulls import hull_of, is_mesh
+from equipoise.spatial.numbers import real_array
+from equipoise.spatial.poses import rigid
+
+KINDS = ("box", "cylinder", "sphere")
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A box, an upright cylinder or a sphere; `size` [m] is that of the box around it."""
+    """A box, an upright cylinder or a sphere; `size` [m] is that of the box around it.
+
+    Raises: `InputError`.
+    """
 
     kind: str
     size: tuple[float, float, float]
     T_body_shape: pin.SE3
     rgba: tuple[float, float, float, float] = (0.7, 0.6, 0.45, 1.0)
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise InputError("there is no such kind of shape", given=self.kind, known=KINDS)
+        size = real_array(f"the size of a {self.kind}", self.size, (3,))
+        if not (size > 0.0).all():
+            raise InputError(
+                f"the size of a {self.kind} must be positive [m]", given=tuple(size.tolist())
+            )
+        rigid(f"the place of a {self.kind}", self.T_body_shape)
 
     def geometry(self) -> coal.CollisionGeometry:
         """Return the Coal shape."""
@@ -45,6 +63,9 @@ class Body:
     shapes: tuple[Shape, ...]
     T_parent_body: pin.SE3
     frame: str | None = None
+
+    def __post_init__(self) -> None:
+        rigid(f"the pose of body {self.name!r}", self.T_parent_body)
 
 
 @dataclass(frozen=True)
@@ -73,6 +94,8 @@ class Scene:
         self._shapes: dict[str, list[int]] = {}
         for shape in robot.collision_model.geometryObjects:
             copy = shape.copy()
+            if is_mesh(copy.geometry):
+                copy.geometry = hull_of(copy).shape
             link = robot.model.frames[shape.parentFrame].name
             self._add(link, copy)
         for body in self.bodies:

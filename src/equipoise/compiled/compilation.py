@@ -2,7 +2,8 @@
 
 Numba keeps compiled code by the time stamp of the one file that a function stands in, and would
 go on using it after a change in a file that the function calls into. Here it is kept in a folder
-named after the contents of all files that a kernel of its room can be made of, in the user's cache.
+named after the contents of all files that a kernel of its room can be made of, in the user's cache,
+and only if that folder is the user's alone: code that is loaded is code that is run.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from typing import Any, ParamSpec, TypeVar
 import numba
 from numba import types
 from numba.core.options import DefaultOptions
+
+from equipoise.compiled.own_folder import own_folder, tell_untrusted
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])  # a kernel keeps its signature when compiled
 P = ParamSpec("P")
@@ -51,9 +54,22 @@ def kept_in(room: Path) -> Path:
     digest = hashlib.sha256()
     for path in sorted({*_reached_from(tuple(sorted(room.glob("*.py")))), *_HOW}):
         digest.update(_digest_of(path))
+    return _cache() / f"{room.name}-{digest.hexdigest()[:16]}"
+
+
+def _cache() -> Path:
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
     base = Path(home) if home else Path.home() / ".cache"
-    return base / "equipoise" / f"{room.name}-{digest.hexdigest()[:16]}"
+    return base / "equipoise"
+
+
+@cache
+def is_kept() -> bool:
+    """Say whether compiled code is kept: only in a folder that is the user's alone."""
+    why = own_folder(_cache())
+    if why:
+        tell_untrusted(why)
+    return not why
 
 
 def _reached_from(files: tuple[Path, ...]) -> set[Path]:
@@ -116,6 +132,9 @@ def kept_where(room: Path) -> Iterator[None]:
 
 def _kept(function: Kernel, **options: bool) -> Kernel:
     kernel: Kernel
+    if not is_kept():
+        kernel = numba.njit(**OPTIONS, **options)(function)
+        return kernel
     try:
         with kept_where(Path(function.__code__.co_filename).parent):
             kernel = numba.njit(cache=True, **OPTIONS, **options)(function)

@@ -20,7 +20,7 @@ from numba.core import cgutils
 from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import make_array, populate_array
 
-from equipoise.compiled.compilation import OPTIONS, kept_where, specialised
+from equipoise.compiled.compilation import OPTIONS, is_kept, kept_where, specialised
 from equipoise.compiled.workspace import SLOTS, Block
 
 _TABLE = 1 << 20  # rows a table may have; nobody looks at it
@@ -108,7 +108,7 @@ class Stage:
         source = getattr(self.function, "py_func", self.function)
         run = specialised(_run, f"stage_{source.__name__}", kernel=self.function)
         with kept_where(Path(source.__code__.co_filename).parent):
-            return numba.cfunc(_SIGNATURE, cache=True, **OPTIONS)(run)
+            return numba.cfunc(_SIGNATURE, cache=is_kept(), **OPTIONS)(run)
 
     def _callable(self) -> Callable[[Block, Block, int], int]:
         stage = self

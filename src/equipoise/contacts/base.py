@@ -67,6 +67,11 @@ class Contact(ABC):
         """Return `phi` (k,), with `d phi / dt = J v - rate` where `phi` is small."""
 
     @property
+    def one_sided(self) -> frozenset[str]:
+        """Labels of the rows whose multiplier is a pressure: it pushes and cannot pull."""
+        return frozenset() if self.normal_row is None else frozenset({self.labels[self.normal_row]})
+
+    @property
     def normal_row(self) -> int | None:
         """Number of the row whose multiplier is the compression [N], if there is one."""
         return None

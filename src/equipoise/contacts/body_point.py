@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.errors import InputError
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_array
 
 
 def point_position(kin: Kinematics, frame: str | int, offset: tuple[float, float, float]) -> Array:
@@ -20,5 +20,4 @@ def require_offset(contact: str, offset: tuple[float, float, float]) -> None:
 
     Raises: `InputError`.
     """
-    if len(offset) != 3 or not np.isfinite(offset).all():
-        raise InputError(f"the offset of contact {contact!r} needs three numbers", given=offset)
+    real_array(f"the offset of contact {contact!r}", offset, (3,))

@@ -23,6 +23,9 @@ from equipoise.kinematics.kernels import (
 from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
+from equipoise.spatial.poses import rigid
+
+FACING = -0.5  # cosine between the z axes of two palms below which they face each other
 
 
 @compiled
@@ -126,6 +129,10 @@ class GraspContact(KernelContact):
     frame_b: str | int
     T_a_b: pin.SE3
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        rigid(f"T_a_b of contact {self.name!r}", self.T_a_b)
+
     @classmethod
     def holding(
         cls,
@@ -152,6 +159,15 @@ class GraspContact(KernelContact):
     def units(self) -> tuple[str, ...]:
         """Unit of each row's multiplier."""
         return WRENCH_UNITS
+
+    @property
+    def one_sided(self) -> frozenset[str]:
+        """The squeeze, of palms that face each other (z axes apart by more than 120 degrees).
+
+        A squeeze that is regulated is one whatever the palms look like.
+        """
+        facing = float(self.T_a_b.rotation[2, 2]) < FACING
+        return frozenset({"fz"}) if facing or "fz" in self.regulated else frozenset()
 
     kind = GRASP
     alone = staticmethod(alone_of("grasp", grasp_rows, grasp_drift))

@@ -13,6 +13,7 @@ from equipoise.compiled import compiled
 from equipoise.contacts.sliding import SlidingContact
 from equipoise.errors import InputError
 from equipoise.spatial import Array, pose_row
+from equipoise.spatial.poses import rigid, unit_vector
 from equipoise.trajectories.travel import Travel, travelled
 
 
@@ -50,10 +51,12 @@ class StraightMotion(SurfaceMotion):
     travel: Travel | Callable[[float], tuple[float, float, float]]
 
     def __post_init__(self) -> None:
-        length = float(np.linalg.norm(self.direction_world))
-        if len(self.direction_world) != 3 or not np.isclose(length, 1.0):
+        rigid("the start of a StraightMotion", self.T_world_start)
+        unit_vector("direction_world", self.direction_world)
+        if not callable(self.travel):
             raise InputError(
-                "direction_world must be a unit vector (3,)", given=self.direction_world
+                "the travel of a StraightMotion must be a Travel or a function of time",
+                given=self.travel,
             )
 
     def at(self, t: float) -> MotionSample:

@@ -12,11 +12,11 @@ from equipoise.contacts.alone import alone_of
 from equipoise.contacts.base import ORIGIN, WRENCH_LABELS, WRENCH_UNITS, KernelContact
 from equipoise.contacts.body_point import require_offset
 from equipoise.contacts.view import POINT, ContactView, frame_of, joint_of
-from equipoise.errors import ShapeError
 from equipoise.kinematics.kernels import ACCELERATIONS, COLUMNS, VELOCITIES, acceleration_at
 from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.spatial import Array
 from equipoise.spatial.kernels import crossed, turned
+from equipoise.spatial.numbers import real_array
 
 
 @compiled
@@ -61,8 +61,7 @@ class PointContact(KernelContact):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_offset(self.name, self.offset)
-        if np.shape(self.p_world) != (3,):
-            raise ShapeError(f"p_world of contact {self.name!r}", np.shape(self.p_world), (3,))
+        real_array(f"p_world of contact {self.name!r}", self.p_world, (3,))
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -12,13 +12,15 @@ from equipoise.compiled.workspace import integers, matrix
 from equipoise.contacts.alone import alone_of
 from equipoise.contacts.base import WRENCH_LABELS, WRENCH_UNITS, KernelContact
 from equipoise.contacts.view import SOLE, ContactView, frame_of, joint_of
+from equipoise.errors import InputError
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import ACCELERATIONS, COLUMNS, VELOCITIES, acceleration_at
 from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.robots import Sole
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
-from equipoise.spatial.numbers import positive
+from equipoise.spatial.numbers import real_number
+from equipoise.spatial.poses import rigid
 
 FRICTION = 0.7  # coefficient between a sole and the ground, unless another is given
 
@@ -70,7 +72,11 @@ class SoleContact(KernelContact):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        positive(f"the friction of contact {self.name!r}", self.friction)
+        rigid(f"the anchor of contact {self.name!r}", self.T_world_anchor)
+        if not real_number(f"the friction of contact {self.name!r}", self.friction) > 0.0:
+            raise InputError(
+                f"the friction of contact {self.name!r} must be positive", given=self.friction
+            )
 
     @classmethod
     def standing(

@@ -8,9 +8,12 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.compiled import entrance
-from equipoise.errors import InputError
+from equipoise.errors import InputError, ShapeError
 from equipoise.robots import Sole
 from equipoise.spatial import Array, convex_hull
+from equipoise.spatial.numbers import real_array
+
+LEAST_EXTENT = 1e-6  # [m] across its narrowest direction, below which a polygon is a line
 
 
 def sole_corners(sole: Sole, T_world_sole: pin.SE3) -> Array:
@@ -32,10 +35,19 @@ class SupportPolygon:
 
         Raises: `InputError` for points that are not finite or lie on a line.
         """
-        seen = np.asarray(points, dtype=float)[:, :2]
+        given = real_array("the points of a support polygon", points, None, finite=False)
+        if given.ndim != 2 or given.shape[1] not in (2, 3):
+            raise ShapeError("the points of a support polygon", given.shape, ("k", "2 or 3"))
+        seen = given[:, :2]
         corners = seen[convex_hull(seen)] if np.isfinite(seen).all() else seen[:0]
-        if len(corners) < 3:
-            raise InputError("a support polygon needs points around an area", given=seen.tolist())
+        if len(corners) < 3 or not _extent(corners) > LEAST_EXTENT:
+            raise InputError(
+                "a support polygon needs points around an area; these lie on a line or in a point, "
+                "or are not finite",
+                given=seen.tolist(),
+                remedy="Give corners of soles, or at least three feet that are not in a line; on "
+                "a line no polygon holds the centre of mass",
+            )
         edges = np.roll(corners, -1, axis=0) - corners
         normals = np.column_stack((edges[:, 1], -edges[:, 0]))
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -44,6 +56,15 @@ class SupportPolygon:
     def margin(self, p: Array) -> float:
         """Return the distance [m] of `p` to the nearest edge; negative outside."""
         return least_room(self.normals, self.offsets, float(p[0]), float(p[1]))
+
+
+def _extent(corners: Array) -> float:
+    """Return the width [m] of a convex polygon (k, 2) across its longest diagonal."""
+    apart = corners[:, None] - corners[None]
+    lengths = np.linalg.norm(apart, axis=2)
+    i, j = np.unravel_index(np.argmax(lengths), lengths.shape)
+    along = apart[i, j] / max(lengths[i, j], np.finfo(float).tiny)
+    return float(np.ptp(corners @ np.array([-along[1], along[0]])))
 
 
 @entrance

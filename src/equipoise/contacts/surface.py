@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from equipoise.contacts.sliding import SlidingContact
 from equipoise.spatial import Array, pose_row
+from equipoise.spatial.poses import rigid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,6 +20,10 @@ class SurfaceContact(SlidingContact):
     """
 
     T_world_surface: pin.SE3 = field(default_factory=pin.SE3.Identity)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        rigid(f"the surface of contact {self.name!r}", self.T_world_surface)
 
     def place(self, t: float) -> Array:
         """Return the pose row of the surface, and that it does not move (24,)."""

@@ -58,7 +58,7 @@ def explain(
             raise NameNotFoundError("task", name, known)
     chosen = [b for b in hierarchy.blocks if not tasks or b.name in tasks]
     w = violation(hierarchy, v)
-    sizes = _sizes(hierarchy, v)
+    sizes = sizes_of(hierarchy, v)
     short = [b for b in chosen if (np.abs(w[b.rows]) > tolerance * sizes[b.rows]).any()]
     if not short:
         return Explanation((), asked=tuple(tasks))
@@ -182,7 +182,7 @@ def _certified(hierarchy: Hierarchy) -> np.ndarray:
     return min(answers, key=lambda answer: answer.slack).v
 
 
-def _sizes(hierarchy: Hierarchy, v: np.ndarray) -> np.ndarray:
+def sizes_of(hierarchy: Hierarchy, v: np.ndarray) -> np.ndarray:
     """Return the size of each row's value [m]: of A v if nothing cancelled, or of the bound."""
     values = np.linalg.norm(hierarchy.A, axis=1) * np.linalg.norm(v)
     return np.maximum(values, np.abs(np.clip(0.0, hierarchy.lower, hierarchy.upper)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,33 @@ LINES = 8  # lines of details of one task
 COMPONENTS = 3  # rows in such a line
 NEGLIGIBLE = 1e-3  # share of a shortfall that is not worth a word
 WORTH_NAMING = 5e-3  # share above which a blocker is named, if any is above it: no "0%"
+
+
+MET, AT_BOUND, LEFT_OVER, SHORT = "met", "at its bound", "left over", "short"  # how a task stands
+Rows = Sequence[tuple[RowDescription, float]]
+
+
+def amounts_of(rows: Rows) -> tuple[tuple[float, str], ...]:
+    """Return how far rows with these violations are short, by unit: as an error, by their rates.
+
+    Components of one quantity (a position) are put together; of rows that are called
+    differently (several distances) it is the worst.
+    """
+    squares: dict[str, float] = {}
+    worst = worst_of(rows)
+    for words, w in rows:
+        if w and worst in ("", words.phrase(w)):
+            value, unit = as_error(w, words.unit, words.rate(w))
+            squares[unit] = squares.get(unit, 0.0) + value * value
+    amounts = [(square**0.5, unit) for unit, square in squares.items()]
+    most = max((value for value, _ in amounts), default=0.0)
+    return tuple(a for a in amounts if a[0] > NEGLIGIBLE * most)
+
+
+def worst_of(rows: Rows) -> str:
+    """Return how the worst row is called, if rows that are short are called differently."""
+    short = sorted(((abs(w), words.phrase(w)) for words, w in rows if w), reverse=True)
+    return short[0][1] if len({phrase for _, phrase in short}) > 1 else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +87,8 @@ class Shortfall:
 
     `behind`: rows of the hierarchy that hold blockers where they are, if these are violated
     themselves. `alone` is what stays violated even if the task comes first: its rows contradict
-    each other, or no motion of the robot moves them.
+    each other, or no motion of the robot moves them. `standing`: SHORT if the task failed its user,
+    LEFT_OVER or AT_BOUND if it did not.
     """
 
     task: str
@@ -68,6 +97,7 @@ class Shortfall:
     blockers: tuple[Blocker, ...]
     behind: tuple[int, ...]
     alone: float
+    standing: str = SHORT
 
     @property
     def size(self) -> float:
@@ -81,26 +111,13 @@ class Shortfall:
 
     @property
     def amounts(self) -> tuple[tuple[float, str], ...]:
-        """How far the task is short, by unit: as an error where the rate is known.
-
-        Components of one quantity (a position) are put together; of rows that are called
-        differently (several distances) it is the worst.
-        """
-        squares: dict[str, float] = {}
-        worst = self.worst
-        for words, w in self.rows:
-            if w and worst in ("", words.phrase(w)):
-                value, unit = as_error(w, words.unit, words.rate(w))
-                squares[unit] = squares.get(unit, 0.0) + value * value
-        amounts = [(square**0.5, unit) for unit, square in squares.items()]
-        most = max((value for value, _ in amounts), default=0.0)
-        return tuple(a for a in amounts if a[0] > NEGLIGIBLE * most)
+        """How far the task is short, by unit (see `amounts_of`)."""
+        return amounts_of(self.rows)
 
     @property
     def worst(self) -> str:
         """How the worst row is called, if rows that are short are called differently."""
-        short = sorted(((abs(w), words.phrase(w)) for words, w in self.rows if w), reverse=True)
-        return short[0][1] if len({phrase for _, phrase in short}) > 1 else ""
+        return worst_of(self.rows)
 
     @property
     def shares(self) -> tuple[tuple[str, float], ...]:
@@ -113,6 +130,10 @@ class Shortfall:
     def __str__(self) -> str:
         sizes = " and ".join(quantity(*amount) for amount in self.amounts)
         worst = f" ({self.worst})" if self.worst else ""
+        if self.standing == LEFT_OVER:
+            return f"{self.task} is left over, {sizes} from what it would be{worst}."
+        if self.standing == AT_BOUND:
+            return f"{self.task} is at its bound, {sizes} beyond it{worst}."
         return f"{self.task} is {sizes} short{worst}{self._why()}."
 
     def details(self) -> str:
@@ -180,6 +201,8 @@ class Explanation:
     def _listed(self, parts: list[str]) -> str:
         if not self.optimal:
             parts = ["This answer is not the optimum; a better one may meet more.", *parts]
+        if self.shortfalls and not any(s.standing == SHORT for s in self.shortfalls):
+            parts = ["No task is short.", *parts] if not self.asked else parts
         met = [f"{task} is met." for task in self.asked if self.of(task) is None]
         return "\n".join([*parts, *met]) or "Every task is met."
 

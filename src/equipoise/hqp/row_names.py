@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from equipoise.hqp.hierarchy import Hierarchy
 
+SPEED_LIMIT = "the speed limit of"  # how a bound on a speed as such is called
 _SCALES = {  # unit: (least value, factor, what it is then called), largest first
     "m": ((1.0, 1.0, "m"), (0.01, 100.0, "cm"), (0.0, 1000.0, "mm")),
     "rad": ((0.0, 180.0 / math.pi, "deg"),),
@@ -35,6 +36,10 @@ class RowDescription:
     def phrase(self, value: float) -> str:
         """Return the name of the side that a signed violation is on."""
         return self.above if value > 0.0 else self.below
+
+    def is_speed(self, value: float) -> bool:
+        """Return whether the side that a signed violation is on bounds a speed as such."""
+        return self.phrase(value).startswith(SPEED_LIMIT)
 
     def rate(self, value: float) -> float:
         """Return the rate [1/s] of the side that a signed violation is on."""

@@ -6,6 +6,7 @@ is asked for: a controller that never asks is free of the dynamic model.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -13,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.compiled.workspace import Workspace
-from equipoise.errors import EquipoiseError
+from equipoise.errors import EquipoiseError, InputError
 from equipoise.kinematics.kernels import (
     WITH_COM,
     WITH_FRAMES,
@@ -25,8 +26,10 @@ from equipoise.kinematics.kernels import (
     state_shapes,
 )
 from equipoise.kinematics.tree import fill_frames, fill_tree, tree_of, tree_shapes
-from equipoise.spatial import Array, pose_row
+from equipoise.spatial import POSE_SIZE, Array, pose_row
 from equipoise.spatial.numbers import real_vector
+
+NO_ROTATION = 1e-2  # off unit length, more than any integration drifts
 
 
 class Kinematic(Protocol):
@@ -92,6 +95,7 @@ class KinematicsEvaluator:
     def __init__(self, robot: Kinematic) -> None:
         self.robot = robot
         self._memory = _memory_of(robot, ())
+        self._is_free = robot.model.njoints > 1 and robot.model.joints[1].nq == POSE_SIZE
 
     def __deepcopy__(self, memo: object) -> KinematicsEvaluator:
         return KinematicsEvaluator(self.robot)  # views into a memory cannot be copied with it
@@ -106,6 +110,12 @@ class KinematicsEvaluator:
         robot, memory = self.robot, self._memory
         q = real_vector("q", q, robot.nq)
         v = np.zeros(robot.nv) if v is None else real_vector("v", v, robot.nv)
+        if self._is_free and not abs(math.hypot(*q[3:POSE_SIZE]) - 1.0) < NO_ROTATION:
+            raise InputError(
+                "the quaternion in q, its entries 3 to 6, is not of length 1",
+                given=q[3:POSE_SIZE].tolist(),
+                remedy="Its order is x, y, z, w; divide it by its length",
+            )
         evaluate(*memory.entrance, q, v)
         memory.stamp += 1
         return Kinematics(memory, t)
@@ -156,7 +166,16 @@ class Kinematics:
         return self._pin_data
 
     def joint_placement(self, joint: int) -> pin.SE3:
-        """Return where Pinocchio's joint `joint` is in the world."""
+        """Return where Pinocchio's joint `joint` is in the world.
+
+        Raises: `InputError` for a number that no joint has.
+        """
+        if not 0 <= joint < self.robot.model.njoints:
+            raise InputError(
+                f"the robot has joints 0 to {self.robot.model.njoints - 1}",
+                given=joint,
+                remedy="`robot.model.getJointId(name)` gives the number of a joint that exists",
+            )
         row = self.memory.state.joints[joint]
         return pin.SE3(row[:9].reshape(3, 3).T.copy(), row[9:].copy())
 

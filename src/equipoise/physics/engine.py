@@ -5,11 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
+import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import EquipoiseError
 from equipoise.physics.pushed_object import PushedObject, PushedObjectState
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_vector
+
+
+def checked_torque(tau: object, na: int) -> Array:
+    """Return joint torques (na,), checked before anything moves.
+
+    Raises: `InputError` for what are no numbers, `ShapeError`, `NonFiniteError`.
+    """
+    plain = tau if isinstance(tau, np.ndarray) and tau.dtype == np.float64 else None
+    if plain is not None and plain.shape == (na,) and np.isfinite(plain).all():
+        return plain
+    return real_vector("tau", tau, na)
 
 
 class DivergedError(EquipoiseError):

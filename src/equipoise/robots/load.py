@@ -8,18 +8,20 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from equipoise.errors import NameNotFoundError
+from equipoise.errors import NameNotFoundError, quoted
 from equipoise.robots.files.build import (
     add_collision_pairs,
     build_geometry,
     build_model,
     neighbouring_links,
+    take_hulls,
 )
 from equipoise.robots.files.check_model import check_model
 from equipoise.robots.files.check_tree import check_tree
+from equipoise.robots.files.description import Node
 from equipoise.robots.files.extras_schema import Extras
-from equipoise.robots.files.finding import raise_errors
-from equipoise.robots.files.source import find_source
+from equipoise.robots.files.finding import WARNING, Finding, raise_errors, tell_warnings
+from equipoise.robots.files.source import Source, find_source
 from equipoise.robots.files.srdf import Semantics, read_srdf
 from equipoise.robots.robot import (
     NQ_BASE,
@@ -46,25 +48,59 @@ def load_robot(
     they are not given; both may be missing. A YAML may name its URDF elsewhere. `package_dirs`
     are folders that hold the packages of package:// paths.
 
+    What `check_urdf` warns of is said here too, by the log `equipoise.robots`.
+    Raises: RobotFileError, NameNotFoundError.
+    """
+    robot, findings = load_and_check(
+        urdf_path, srdf_path=srdf_path, extras_path=extras_path, package_dirs=package_dirs
+    )
+    tell_warnings(Path(urdf_path), findings)
+    return robot
+
+
+def load_and_check(
+    urdf_path: str | Path,
+    *,
+    srdf_path: str | Path | None = None,
+    extras_path: str | Path | None = None,
+    package_dirs: Sequence[str | Path] = (),
+) -> tuple[Robot, list[Finding]]:
+    """Return what `load_robot` returns, and the warnings.
+
     Raises: RobotFileError, NameNotFoundError.
     """
     source = find_source(urdf_path, srdf_path=srdf_path, extras_path=extras_path)
-    urdf, extras = source.urdf, source.extras
+    urdf = source.urdf
     tree = source.tree()
     checked, findings = check_tree(tree, urdf, package_dirs)
     raise_errors(urdf, findings)
+    robot = _built(source, tree, checked, findings)
+    return robot, findings
+
+
+def _built(source: Source, tree: Node, checked: Node, findings: list[Finding]) -> Robot:
+    """Return the robot of a checked tree; add what is found while it is built.
+
+    Raises: RobotFileError, NameNotFoundError.
+    """
+    urdf, extras = source.urdf, source.extras
     semantics = read_srdf(source.srdf) if source.srdf else None
 
     model = build_model(checked)
     require_actuated_joints_of_one_dof(model)
     capsules = extras.has_capsules
     collision = build_geometry(checked, model, pin.GeometryType.COLLISION, as_capsules=capsules)
+    findings += take_hulls(model, collision)
     visual = build_geometry(checked, model, pin.GeometryType.VISUAL, as_capsules=capsules)
     disabled = semantics.disabled_pairs if semantics else neighbouring_links(model, collision)
     add_collision_pairs(model, collision, disabled)
     soles = tuple(Sole(**entry.model_dump()) for entry in extras.soles)
     q = half_sitting_configuration(model, _posture(extras, semantics), soles)
     raise_errors(urdf, check_model(model, q))
+    findings += unknown_links(source.srdf, semantics, model)
+    if not soles:
+        remedy = f"List the soles in {source.yaml.name}"
+        findings.append(Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy))
     return Robot(
         name=extras.name or tree.get("name") or urdf.stem,
         model=model,
@@ -77,6 +113,20 @@ def load_robot(
         q_half_sitting=q,
         parts=extras.links_of_parts,
     )
+
+
+def unknown_links(
+    srdf: Path | None, semantics: Semantics | None, model: pin.Model
+) -> list[Finding]:
+    """Warn of disabled collision pairs with a link that does not exist: they disable nothing."""
+    if srdf is None or semantics is None:
+        return []
+    known = {frame.name for frame in model.frames}
+    unknown = sorted({link for pair in semantics.disabled_pairs for link in pair} - known)
+    return [
+        Finding(WARNING, f"{srdf.name}, link {quoted(link)}", "no such link", "Correct its name")
+        for link in unknown
+    ]
 
 
 def half_sitting_configuration(

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import tempfile
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
@@ -15,6 +16,7 @@ import numpy as np
 
 from equipoise.errors import InputError, RunLogError
 
+LOG_NAME = "run.mcap"
 SUMMARY_NAME = "summary.json"
 LATEST_NAME = "latest"
 LOG_GLOB = "*/run.mcap"
@@ -39,6 +41,29 @@ def new_run_folder(root: Path, scenario_name: str) -> Path:
     except OSError as error:
         raise RunLogError(f"Cannot make a run folder in {root}: {error.strerror}.") from error
     return folder
+
+
+def check_place(folder: Path) -> None:
+    """Refuse a folder in which no run could be written, before work begins; it is not made.
+
+    Raises: InputError if it holds a run already, or what is in its way is no folder or forbids it.
+    """
+    if (folder / LOG_NAME).exists():
+        raise InputError(
+            "the folder already holds a run", given=str(folder), remedy="Give a new one"
+        )
+    above = next((place for place in (folder, *folder.absolute().parents) if place.exists()), None)
+    if above is None or not above.is_dir():
+        raise InputError(f"{above} is no folder", given=str(folder), remedy="Give another place")
+    try:
+        with tempfile.TemporaryDirectory(prefix=".equipoise-", dir=above):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"nothing can be written in {above}: {(error.strerror or str(error)).lower()}",
+            given=str(folder),
+            remedy="Give another place",
+        ) from None
 
 
 def latest_run(root: Path) -> Path:

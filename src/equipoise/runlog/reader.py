@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, BinaryIO
@@ -12,13 +12,17 @@ import numpy as np
 
 from equipoise.errors import EquipoiseError, InputError, RunLogError
 from equipoise.runlog.channels import channels_from_json
-from equipoise.runlog.folders import SUMMARY_NAME, read_summary
+from equipoise.runlog.checksums import damaged_texts
+from equipoise.runlog.folders import LOG_NAME, SUMMARY_NAME, read_summary
 from equipoise.runlog.layout import TickLayout, make_layout
 from equipoise.runlog.run import Run
 from equipoise.runlog.scan import Scan, cut_off_early, read_chunk, scan_log
-from equipoise.runlog.writer import FORMAT, LOG_NAME
+from equipoise.runlog.writer import FORMAT
 
+OLD_FORMAT = "1"  # without checksums
 _MARGIN = 1e-6  # [s], as a chunk's times are rounded to nanoseconds
+CHECKED_WHOLE = 1 << 28  # [bytes] up to which a log is read once more to know that it is whole
+_TOLD = 4  # gaps that a note names
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,9 @@ def load_run(
     """Load a run from its folder or its run.mcap, also while it is still being written.
 
     Only ticks with start <= t < stop [s] are loaded, and of these every `stride`-th, so that a
-    long log can be read in pieces. A log that was cut off or damaged gives what is left of it.
+    long log can be read in pieces. A log that was cut off or damaged gives what is left of it;
+    `complete` is then False and `note` says what is missing. Ticks are numbered, so that a gap is
+    noticed at either side of the window too.
 
     Raises: RunLogError if there is no log or nothing of it can be read; InputError for a window
     that makes no sense.
@@ -53,13 +59,9 @@ def load_run(
             scan = scan_log(stream, path)
             run = _describe(scan, path)
             layout = make_layout(tuple(run.channels.values()))
-            pieces = _Pieces(layout)
-            damaged = 0
-            for records in _wanted(stream, scan, layout, window):
-                if records is None:
-                    damaged += 1
-                else:
-                    pieces.add(records)
+            pieces, losses = _Pieces(layout), Losses()
+            for records in _wanted(stream, scan, layout, window, losses):
+                pieces.add(records)
     except OSError as error:
         raise RunLogError(f"Cannot read {path}: {error.strerror}.") from error
     t, arrays = pieces.join()
@@ -67,9 +69,30 @@ def load_run(
         run,
         t=t,
         arrays=MappingProxyType(arrays),
-        complete=scan.complete and not damaged,
-        note=" ".join(filter(None, (_ending(scan, path), _damage(damaged, path), run.note))),
+        complete=scan.complete and run.complete and not losses,
+        note=" ".join(filter(None, (_ending(scan, path), losses.sentence(path.name), run.note))),
     )
+
+
+def check_log(folder_or_mcap: Path | str, *, at_most: float = np.inf) -> str:
+    """Read a whole log without keeping it; return what is wrong with it, "" if nothing is.
+
+    Of a log longer than `at_most` [bytes] it is said what can be told without reading it.
+    Raises: RunLogError as `load_run`.
+    """
+    try:
+        path = _find_log(Path(folder_or_mcap))
+        if path.stat().st_size > at_most:
+            return load_run(path, start=-1.0, stop=-1.0).note
+        with open(path, "rb") as stream:
+            scan = scan_log(stream, path)
+            run = _describe(scan, path)
+            layout, losses = make_layout(tuple(run.channels.values())), Losses()
+            for _ in _wanted(stream, scan, layout, _Window(-np.inf, np.inf, 1), losses):
+                pass
+    except OSError as error:
+        raise RunLogError(f"Cannot read {path}: {error.strerror}.") from error
+    return " ".join(filter(None, (_ending(scan, path), losses.sentence(path.name), run.note)))
 
 
 def _make_window(start: float | None, stop: float | None, stride: int) -> _Window:
@@ -88,9 +111,11 @@ def _find_log(place: Path) -> Path:
     if path.is_file():
         return path
     if place.is_dir():
-        inside = sorted(entry.name for entry in place.iterdir())[:8]
-        held = f"it holds {', '.join(inside)}" if inside else "it is empty"
-        raise RunLogError(f"There is no {LOG_NAME} in {place}; {held}. Give the folder of one run.")
+        runs = sorted(entry.parent.name for entry in place.glob(f"*/{LOG_NAME}"))[-8:]
+        held = f"; it holds {', '.join(runs)}" if runs else ""
+        if not any(place.iterdir()):
+            held = "; it is empty"
+        raise RunLogError(f"There is no {LOG_NAME} in {place}{held}. Give the folder of one run.")
     if place.parent.is_dir():
         runs = sorted(entry.parent.name for entry in place.parent.glob(f"*/{LOG_NAME}"))[-8:]
         beside = f" Beside it there are runs: {', '.join(runs)}." if runs else ""
@@ -108,7 +133,7 @@ def _describe(scan: Scan, path: Path) -> Run:
                 "Other tools (mcap, Foxglove, PlotJuggler) may open it."
             )
         raise cut_off_early(path)
-    if about.get("format") != FORMAT:
+    if about.get("format") not in (FORMAT, OLD_FORMAT):
         raise RunLogError(
             f"{path} has format {about.get('format')!r}; this version reads {FORMAT!r}. "
             "Read it with the version of Equipoise that wrote it."
@@ -118,7 +143,10 @@ def _describe(scan: Scan, path: Path) -> Run:
         seed, scenario = int(about["seed"]), about["scenario"]
     except (KeyError, TypeError, ValueError, EquipoiseError) as error:
         raise RunLogError(f"{path} is damaged: its channels cannot be read ({error}).") from error
+    spoilt = damaged_texts(scan.metadata) if about["format"] == FORMAT else []
     summary, note = _summary(path.parent)
+    if spoilt:
+        note = f"{_spoilt_texts(path.name, spoilt)} {note}".strip()
     return Run(
         folder=path.parent,
         t=np.empty(0),
@@ -128,8 +156,18 @@ def _describe(scan: Scan, path: Path) -> Run:
         seed=seed,
         info=MappingProxyType(scan.metadata.get("equipoise.info", {})),
         summary=summary,
-        complete=False,
+        complete=not spoilt,
         note=note,
+    )
+
+
+def _spoilt_texts(name: str, spoilt: list[str]) -> str:
+    """Say which texts of a log are not what was written."""
+    named = ", ".join(one.removeprefix("equipoise.") for one in spoilt[:_TOLD])
+    more = f" and {len(spoilt) - _TOLD} more" if len(spoilt) > _TOLD else ""
+    return (
+        f"{name} is damaged: what it says of itself ({named}{more}) does not match its checksum. "
+        "Names, units or the scenario may be wrong."
     )
 
 
@@ -142,24 +180,99 @@ def _summary(folder: Path) -> tuple[dict[str, Any] | None, str]:
         return None, str(error)
 
 
+@dataclass
+class Losses:
+    """What of a log could not be read: chunks that are spoilt, and gaps in the ticks' numbers."""
+
+    chunks: int = 0
+    gaps: list[tuple[int, float, float]] = field(default_factory=list)  # ticks, between [s]
+    at_end: int = 0
+    misplaced: int = 0
+
+    def __bool__(self) -> bool:
+        return bool(self.chunks or self.gaps or self.at_end or self.misplaced)
+
+    def sentence(self, name: str) -> str:
+        """Say what is missing, "" if nothing is."""
+        parts = []
+        if self.chunks:
+            parts.append(f"{self.chunks} chunk{'s' * (self.chunks > 1)} had to be left out")
+        for ticks, before, after in self.gaps[:_TOLD]:
+            since = f"between t = {before:.6g} s and" if np.isfinite(before) else "before"
+            parts.append(f"{_ticks(ticks)} missing {since} t = {after:.6g} s")
+        if len(self.gaps) > _TOLD:
+            more = sum(ticks for ticks, _, _ in self.gaps[_TOLD:])
+            parts.append(f"{_ticks(more)} missing in {len(self.gaps) - _TOLD} more places")
+        if self.at_end:
+            parts.append(f"{_ticks(self.at_end)} missing at its end")
+        if self.misplaced:
+            parts.append(
+                f"the times of {self.misplaced} chunk{'s' * (self.misplaced > 1)} are wrong"
+            )
+        return f"{name} is damaged: {', '.join(parts)}." if parts else ""
+
+
+def _ticks(count: int) -> str:
+    return "1 tick is" if count == 1 else f"{count} ticks are"
+
+
 def _wanted(
-    stream: BinaryIO, scan: Scan, layout: TickLayout, window: _Window
-) -> Iterator[np.ndarray | None]:
-    """Yield the wanted records of each chunk; None for a chunk that is damaged."""
-    last, skip = -np.inf, 0
-    for chunk in scan.chunks:
-        if chunk.last < window.start - _MARGIN or chunk.first >= window.stop + _MARGIN:
-            continue
+    stream: BinaryIO, scan: Scan, layout: TickLayout, window: _Window, losses: Losses
+) -> Iterator[np.ndarray]:
+    """Yield the wanted records of each chunk that can be read; note what is lost.
+
+    The ticks of a log are numbered from 0 on. A chunk on either side of the window is read too, so
+    that a gap at its edge is noticed.
+    """
+    first, end = _chunks_around(scan, window)
+    last, skip, number = -np.inf, 0, 0 if first == 0 else None
+    for chunk in scan.chunks[first:end]:
         content = read_chunk(stream, chunk)
         records = None if content is None else layout.view(content)
         if records is None or not _increasing(records["t"], last):
-            yield None
+            losses.chunks += 1
             continue
-        last = records["t"][-1] if records.size else last
-        first, end = np.searchsorted(records["t"], (window.start, window.stop))
-        inside = records[first:end]
+        if not records.size:
+            continue
+        numbers = records["sequence"].astype(np.int64)
+        if numbers.size > 1 and numbers[0] == numbers[-1]:  # another tool wrote it: no numbers
+            number = None
+        losses.misplaced += int(abs(records["t"][0] - chunk.first) > _MARGIN)
+        _note_gaps(numbers, records["t"], number, last, losses)
+        last = float(records["t"][-1])
+        number = int(numbers[-1]) + 1 if numbers.size == 1 or numbers[0] < numbers[-1] else None
+        start, stop = np.searchsorted(records["t"], (window.start, window.stop))
+        inside = records[start:stop]
         yield inside[skip :: window.stride]
         skip = (skip - inside.size) % window.stride
+    if end == len(scan.chunks) and scan.messages is not None and number is not None:
+        losses.at_end = max(scan.messages - number, 0)
+    if not losses and scan.lost:
+        losses.gaps += [(lost.ticks, lost.first, lost.last) for lost in scan.lost]
+
+
+def _chunks_around(scan: Scan, window: _Window) -> tuple[int, int]:
+    """Return the range of chunks that hold the window, and one more on either side."""
+    inside = [
+        k
+        for k, chunk in enumerate(scan.chunks)
+        if chunk.last >= window.start - _MARGIN and chunk.first < window.stop + _MARGIN
+    ]
+    if not inside:
+        return 0, 0
+    return max(inside[0] - 1, 0), min(inside[-1] + 2, len(scan.chunks))
+
+
+def _note_gaps(
+    numbers: np.ndarray, times: np.ndarray, expected: int | None, last: float, losses: Losses
+) -> None:
+    """Note where the numbers of ticks leave some out; the first one should be `expected`."""
+    if expected is not None and numbers[0] > expected:
+        losses.gaps.append((int(numbers[0]) - expected, last, float(times[0])))
+    for k in np.flatnonzero(np.diff(numbers) > 1):
+        losses.gaps.append(
+            (int(numbers[k + 1] - numbers[k]) - 1, float(times[k]), float(times[k + 1]))
+        )
 
 
 def _increasing(times: np.ndarray, last: float) -> bool:
@@ -201,10 +314,6 @@ def _ending(scan: Scan, path: Path) -> str:
     if scan.complete:
         return ""
     until = f"up to t = {scan.chunks[-1].last:.6g} s" if scan.chunks else "without a tick"
+    if scan.closed:
+        return f"{path.name} is damaged inside: what follows cannot be found. Loaded {until}."
     return f"{path.name} breaks off (the run was killed, or still runs): loaded {until}."
-
-
-def _damage(damaged: int, path: Path) -> str:
-    if not damaged:
-        return ""
-    return f"{path.name} is damaged: {damaged} chunk{'s' * (damaged > 1)} had to be left out."

@@ -35,6 +35,10 @@ _UNREADABLE = (
 )
 
 
+_INDEX_HEAD = struct.Struct("<HI")  # how a message index begins: channel, size of its entries
+_ENTRY = struct.Struct("<QQ")  # one entry of it: time [ns] and place [bytes] of a message
+
+
 @dataclass(frozen=True)
 class ChunkPlace:
     """Where a chunk's content is [bytes] and which times it spans [s]."""
@@ -45,13 +49,30 @@ class ChunkPlace:
     last: float
 
 
+@dataclass(frozen=True)
+class LostChunk:
+    """A chunk that is no longer recognised: its ticks, and from when to when [s] they were."""
+
+    ticks: int
+    first: float
+    last: float
+
+
 @dataclass
 class Scan:
-    """What a log file holds; `complete` if it ends as it should."""
+    """What a log file holds.
+
+    `complete` if it ends as it should; `closed` if its last bytes are those of a finished log.
+    `lost`: chunks of which only the index is left. `messages`: how many ticks the log says were
+    written, None if it does not say.
+    """
 
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     chunks: list[ChunkPlace] = field(default_factory=list)
+    lost: list[LostChunk] = field(default_factory=list)
+    messages: int | None = None
     complete: bool = False
+    closed: bool = False
 
 
 def scan_log(stream: BinaryIO, path: Path) -> Scan:
@@ -62,6 +83,9 @@ def scan_log(stream: BinaryIO, path: Path) -> Scan:
     size = os.fstat(stream.fileno()).st_size
     _check_magic(stream, size, path)
     scan, offset = Scan(), len(MAGIC)
+    stream.seek(max(size - len(MAGIC), len(MAGIC)))
+    scan.closed = stream.read() == MAGIC
+    indexed = True  # whether the last chunk's index was seen
     while offset + _HEAD.size <= size:
         stream.seek(offset)
         opcode, length = _HEAD.unpack(stream.read(_HEAD.size))
@@ -74,12 +98,32 @@ def scan_log(stream: BinaryIO, path: Path) -> Scan:
         elif opcode == Opcode.CHUNK and length >= _TIMES.size:
             first, last = _TIMES.unpack(stream.read(_TIMES.size))
             scan.chunks.append(ChunkPlace(offset, length, first * 1e-9, last * 1e-9))
+            indexed = False
+        elif opcode == Opcode.MESSAGE_INDEX:
+            if indexed and (lost := _lost_chunk(stream.read(length))) is not None:
+                scan.lost.append(lost)
+            indexed = True
+        elif opcode == Opcode.STATISTICS and length >= 8:
+            scan.messages = int.from_bytes(stream.read(8), "little")
         elif opcode == Opcode.FOOTER:
             stream.seek(offset + length)
             scan.complete = stream.read() == MAGIC
             break
         offset += length
     return scan
+
+
+def _lost_chunk(index: bytes) -> LostChunk | None:
+    """Return the chunk that an index without one stands for, None if it is none of ours."""
+    if len(index) < _INDEX_HEAD.size + _ENTRY.size:
+        return None
+    _, size = _INDEX_HEAD.unpack_from(index)
+    ticks = min(size, len(index) - _INDEX_HEAD.size) // _ENTRY.size
+    if ticks == 0:
+        return None
+    first, _ = _ENTRY.unpack_from(index, _INDEX_HEAD.size)
+    last, _ = _ENTRY.unpack_from(index, _INDEX_HEAD.size + (ticks - 1) * _ENTRY.size)
+    return LostChunk(ticks, first * 1e-9, last * 1e-9)
 
 
 def read_chunk(stream: BinaryIO, place: ChunkPlace) -> bytes | None:

@@ -16,14 +16,15 @@ import numpy as np
 
 from equipoise.errors import InputError, RunLogError
 from equipoise.runlog.channels import Channel, channels_to_json, check_channels
+from equipoise.runlog.checksums import SUMS, checksums
+from equipoise.runlog.folders import LOG_NAME
 from equipoise.runlog.layout import MESSAGE, PACKAGE, make_layout
 from equipoise.runlog.mcapfile import McapFile
 from equipoise.runlog.packing import TickBuffer, nanoseconds
 from equipoise.runlog.record import TickRecord
 
-LOG_NAME = "run.mcap"
 SCENARIO_NAME = "scenario.yaml"
-FORMAT = "1"
+FORMAT = "2"  # 2: with checksums of its texts
 FLUSH_PERIOD = 0.03  # [s] of simulated or wall time, whichever ends first; 0.1 s stalls a 1 ms loop
 CHUNK_BYTES = 1 << 20
 LATEST_TIME = 1e9  # [s], far below where nanoseconds leave 64 bits
@@ -175,6 +176,7 @@ class RunWriter:
         }
         about = {**_versions(), **{str(key): str(text) for key, text in info.items()}}
         metadata = {"equipoise.run": run, "equipoise.info": about}
+        metadata[SUMS] = checksums(metadata)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             if path.exists():

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from equipoise.errors import NameNotFoundError, ScenarioError
-from equipoise.scenarios.read import parse_scenario
+from equipoise.scenarios.read import line_of, parse_scenario, placed
 from equipoise.scenarios.schema import Scenario
 
+MOST_BYTES = 4_000_000
 _FOLDER = Path(__file__).parent / "files"
 
 
@@ -25,12 +26,18 @@ def read_scenario(
     Raises: `NameNotFoundError`, `ScenarioError`, `RobotFileError`.
     """
     return parse_scenario(
-        _text_of(name_or_path),
-        overrides,
-        source=Path(name_or_path).name,
-        text_of=_text_of,
-        robot=robot,
+        _text_of(name_or_path), overrides, source=name_or_path, text_of=_text_of, robot=robot
     )
+
+
+def place_error(error: ScenarioError, name_or_path: str, overrides: Sequence[str]) -> ScenarioError:
+    """Return a complaint that came up late with the override, or the line of the file, it means."""
+    if error.path and not error.line and "--set " not in error.problem:
+        found = placed(error, overrides)
+        if found is not error or name_or_path in named_scenarios():
+            return found
+        return error.at(name_or_path, line=line_of(_text_of(name_or_path), error.path))
+    return error
 
 
 def _text_of(name_or_path: str) -> str:
@@ -42,9 +49,22 @@ def _text_of(name_or_path: str) -> str:
             raise NameNotFoundError(
                 "scenario", name_or_path, known, remedy="A path must end in .yaml."
             )
+    remedy = "Give a YAML file, or the name of a shipped scenario"
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(
-            f"cannot read the scenario file: {error}", path=str(path), known=known
-        ) from None
+        if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe or a device
+            raise ScenarioError(f"{path} is not a file", known=known, remedy=remedy)
+        if path.stat().st_size > MOST_BYTES:
+            size = f"{MOST_BYTES // 1_000_000} MB"
+            raise ScenarioError(f"{path}: the scenario file is larger than {size}", remedy=remedy)
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        problem = f"there is no file {path}"
+        raise ScenarioError(problem, known=known, remedy=remedy) from None
+    except UnicodeDecodeError:
+        raise ScenarioError(f"{path} is no text, hence no scenario", remedy=remedy) from None
+    except (OSError, ValueError) as error:  # ValueError: no path at all
+        why = str(getattr(error, "strerror", None) or error).lower()
+        raise ScenarioError(f"{path} cannot be read: {why}", remedy=remedy) from None
+    if not text.isprintable() and any(ord(c) < 32 and c not in "\t\n\r\f" for c in text):
+        raise ScenarioError(f"{path} is no text, hence no scenario", remedy=remedy)
+    return text

@@ -8,6 +8,7 @@ from typing import Any
 from equipoise.errors import NameNotFoundError, ScenarioError
 from equipoise.scenarios.yaml_tree import load_value
 
+DEEPEST = 30  # steps of a path
 # Sections whose names the scenario itself makes: a key of what does not exist is a slip of the pen.
 NAMED = {
     "contacts": "contact",
@@ -16,6 +17,15 @@ NAMED = {
     "world.objects": "object",
     "world.sliders": "slider",
 }
+
+
+def override_of(path: str, overrides: Sequence[str]) -> str | None:
+    """Return the last override that wrote the value at `path`, or a part or the whole of it."""
+    for override in reversed(overrides):
+        written = override.partition("=")[0].strip()
+        if path and (f"{path}.".startswith(f"{written}.") or f"{written}.".startswith(f"{path}.")):
+            return override
+    return None
 
 
 def apply_overrides(tree: dict[str, Any], overrides: Sequence[str]) -> None:
@@ -37,6 +47,8 @@ def apply_overrides(tree: dict[str, Any], overrides: Sequence[str]) -> None:
 
 def _write(tree: Any, path: str, value: Any) -> None:
     *parents, last = path.split(".")
+    if len(parents) > DEEPEST:
+        raise ScenarioError(f"a path of more than {DEEPEST} steps", path=path)
     node = tree
     for i, step in enumerate(parents):
         node = _descend(node, step, ".".join(parents[: i + 1]))
@@ -66,7 +78,7 @@ def _nothing_of_that_name(kind: str, name: str, path: str, known: dict[str, Any]
 
 
 def _index(items: list[Any], step: str, path: str) -> int:
-    if not step.isdigit() or int(step) >= len(items):
+    if not (step.isascii() and step.isdecimal() and len(step) < 10) or int(step) >= len(items):
         raise ScenarioError(
             "no such item of the list", path=path, given=step, remedy=f"It has {len(items)} items"
         )

@@ -9,8 +9,8 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
 
-from equipoise.errors import NameNotFoundError, ScenarioError
-from equipoise.scenarios.overrides import apply_overrides
+from equipoise.errors import NameNotFoundError, ScenarioError, quoted
+from equipoise.scenarios.overrides import apply_overrides, override_of
 from equipoise.scenarios.schema import Scenario
 from equipoise.scenarios.yaml_tree import load_tree, plain_tree
 
@@ -45,7 +45,10 @@ def parse_scenario(
 
         plain = retarget(_validated(_merged(plain, _exception(exceptions, robot)), tree), robot)
     apply_overrides(plain, overrides)
-    return _validated(plain, tree)
+    try:
+        return _validated(plain, tree)
+    except ScenarioError as error:
+        raise placed(error, overrides, source) from None
 
 
 def _validated(plain: dict[str, Any], tree: Any) -> Scenario:
@@ -53,6 +56,21 @@ def _validated(plain: dict[str, Any], tree: Any) -> Scenario:
         return Scenario.model_validate(plain)
     except ValidationError as error:
         raise _translate(error, plain, tree) from None
+
+
+def placed(error: ScenarioError, overrides: Sequence[str], source: str = "") -> ScenarioError:
+    """Return the same complaint with where its value comes from: an override, or a file."""
+    override = override_of(error.path, overrides)
+    if override is not None:
+        return error.at(f"--set {override}")
+    named = source.endswith((".yaml", ".yml"))
+    return error.at(source, line=error.line) if named else error
+
+
+def line_of(text: str, path: str) -> int | None:
+    """Return the line (from 1) of the deepest part of a path `a.b.c` that a scenario's text has."""
+    steps: list[Any] = [int(step) if step.isdigit() else step for step in path.split(".")]
+    return _line(load_tree(text, ""), steps)
 
 
 def _exception(exceptions: Any, robot: str) -> dict[str, Any]:
@@ -99,7 +117,7 @@ def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:
         known = _known_keys(location[:-1], plain)
         hint = NameNotFoundError("key", str(location[-1]), known)
         return ScenarioError(
-            f"unknown key {location[-1]!r}",
+            f"unknown key {quoted(location[-1])}",
             path=path,
             line=_line(tree, location),
             known=known,
@@ -107,7 +125,7 @@ def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:
         )
     if first["type"] == "missing":
         return ScenarioError(
-            f"key {location[-1]!r} is missing", path=path, line=_line(tree, location[:-1])
+            f"key {quoted(location[-1])} is missing", path=path, line=_line(tree, location[:-1])
         )
     line = _line(tree, location)
     if first["type"] == "union_tag_not_found":
@@ -136,12 +154,13 @@ def _kinds(location: list[Any]) -> list[str]:
 def _without_tags(given: tuple[Any, ...], plain: Any) -> list[Any]:
     """Return the location in the file: pydantic also names the `kind` it chose, which is no key."""
     location: list[Any] = []
-    node = plain
+    node, tagged = plain, False
     for part in given:
-        if isinstance(node, dict) and part == node.get("kind") and part not in node:
+        if isinstance(node, dict) and part == node.get("kind") and not tagged:
+            tagged = True  # a key may be called like the kind: it then comes after it
             continue
         location.append(part)
-        node = _step(node, part)
+        node, tagged = _step(node, part), False
     return location
 
 

@@ -4,28 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
-
+from equipoise.bounded_yaml import BadYamlError, load_yaml
 from equipoise.errors import ScenarioError
-
-_SIZE_MAX = 1_000_000
 
 
 def load_tree(text: str, source: str) -> Any:
     """Return ruamel's tree, which knows the line of each key; `plain_tree` makes it a plain one.
 
-    Raises: `ScenarioError` if it is not YAML, too long, or no mapping.
+    Raises: `ScenarioError` if it is not YAML, too long, too deep or no mapping.
     """
-    if len(text) > _SIZE_MAX:
-        raise ScenarioError(f"{source or 'the scenario'} is longer than {_SIZE_MAX} characters")
     try:
-        tree = YAML(typ="rt", pure=True).load(text)
-    except YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        problem = getattr(error, "problem", None) or str(error)
-        line = mark.line + 1 if mark is not None else None
-        raise ScenarioError(f"not valid YAML: {problem}", path=source, line=line) from None
+        tree = load_yaml(text)
+    except BadYamlError as error:
+        raise ScenarioError(
+            error.problem, path=source, line=error.line, remedy=error.remedy
+        ) from error
     if not isinstance(tree, dict):
         raise ScenarioError("a scenario is a mapping of keys to values", path=source)
     return tree
@@ -34,9 +27,14 @@ def load_tree(text: str, source: str) -> Any:
 def load_value(text: str, path: str) -> Any:
     """Return the plain value that `text` stands for. Raises: `ScenarioError` with the path."""
     try:
-        return plain_tree(YAML(typ="rt", pure=True).load(text))
-    except YAMLError:
-        raise ScenarioError("the value is not valid YAML", path=path, given=text) from None
+        return plain_tree(load_yaml(text))
+    except BadYamlError as error:
+        raise ScenarioError(
+            f"the value is not valid YAML ({error.problem})",
+            path=path,
+            given=text,
+            remedy=error.remedy,
+        ) from error
 
 
 def plain_tree(node: Any) -> Any:

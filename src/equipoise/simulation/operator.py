@@ -12,12 +12,14 @@ from typing import Protocol
 
 import numpy as np
 
+from equipoise.contacts.pull import refuse_pull
 from equipoise.control import ControlGains
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics import PhysicsState
 from equipoise.runlog import Channel, TickRecord
 from equipoise.spatial import Array
+from equipoise.trajectories.scalars import value_of
 from equipoise.wbc import WholeBodyController
 
 DAMPING = "K_d_factor"
@@ -43,7 +45,7 @@ class OperatorRequest:
 
     `push` (3,) [N], world axes, acts at the origin of frame `push_frame`. `gains` replaces gains
     by the paper's letters; `damping_factor` multiplies K_d. `forces` is added to the wanted
-    multiplier of a row, named "contact/row" [N or N m].
+    multiplier of a row, named "contact/row" [N or N m]; of what can only push no pull is made.
     """
 
     push: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -120,7 +122,7 @@ class OperatorPort:
 
     def _take(self, t: float, request: OperatorRequest) -> None:
         try:
-            gains = self._checked(request)
+            gains = self._checked(t, request)
         except InputError as error:
             self.changes.append(f"t = {t:.3f} s: refused: {error}")
             return
@@ -131,7 +133,7 @@ class OperatorPort:
         self.changes += [f"t = {t:.3f} s: {what}" for what in _differences(self.request, request)]
         self.request = request
 
-    def _checked(self, request: OperatorRequest) -> ControlGains:
+    def _checked(self, t: float, request: OperatorRequest) -> ControlGains:
         for kind, names, known in (
             ("gain", request.gains, tuple(GAIN_UNITS)),
             ("regulated row", request.forces, tuple(self.controller.rows)),
@@ -144,6 +146,11 @@ class OperatorPort:
         numbers = (*request.push, *request.forces.values())
         if not np.isfinite(numbers).all():
             raise InputError("a push or a wanted force is not finite", given=numbers)
+        for row, added in request.forces.items():
+            scalar = self.controller.scalars[self.controller.rows[row]]
+            wanted = value_of(scalar, t) + added
+            if added < 0.0:
+                refuse_pull(row, self.controller.least[row], wanted, f" (with {added:g} added)")
         K_d = request.damping_factor * np.asarray(self._gains.K_d)
         return replace(
             self._gains,

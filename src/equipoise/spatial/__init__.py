@@ -1,13 +1,13 @@
 """SE(3) and SO(3): thin functions over Pinocchio, their kernels, rotation parameters."""
 
 from equipoise.spatial.hull import convex_hull
+from equipoise.spatial.poses import pose
 from equipoise.spatial.se3 import (
     POSE_SIZE,
     TWIST_SIZE,
     Array,
     Indices,
     Mask,
-    pose,
     pose_row,
     skew,
     velocity_transport,

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from equipoise.errors import InputError, NonFiniteError, ShapeError
 from equipoise.spatial.se3 import Array
 
 
-def real_array(name: str, values: object, shape: tuple[int, ...], *, finite: bool = True) -> Array:
-    """Return numbers as a new array of floats of a given shape.
+def real_array(
+    name: str, values: object, shape: tuple[int, ...] | None, *, finite: bool = True
+) -> Array:
+    """Return numbers as a new array of floats of a given shape (None: of any).
 
     Raises: `InputError` if they are no real numbers, `ShapeError`; `NonFiniteError` for a NaN or an
     infinity unless these are allowed.
     """
-    given = np.asarray(values)
+    try:
+        given = np.asarray(values)
+    except (ValueError, TypeError) as error:  # rows of different lengths, for instance
+        raise InputError(f"{name} must hold real numbers", given=type(values).__name__) from error
     if given.dtype.kind not in "fiu":
         raise InputError(
             f"{name} must hold real numbers", given=f"{type(values).__name__} of {given.dtype}"
         )
-    if given.shape != shape:
+    if shape is not None and given.shape != shape:
         raise ShapeError(name, given.shape, shape)
     array = given.astype(float)
     if finite and not np.isfinite(array).all():
@@ -30,6 +37,34 @@ def real_array(name: str, values: object, shape: tuple[int, ...], *, finite: boo
 def real_vector(name: str, values: object, size: int) -> Array:
     """Return a vector (size,) of finite numbers: see `real_array`."""
     return real_array(name, values, (size,))
+
+
+def real_number(name: str, value: object, *, finite: bool = True) -> float:
+    """Return a number as a float.
+
+    Raises: `InputError` if it is none; `NonFiniteError` for a NaN or an infinity unless allowed.
+    """
+    if isinstance(value, np.ndarray) and value.shape == ():
+        value = value[()]
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.number):
+        raise InputError(f"{name} must be a real number", given=value)
+    if isinstance(value, np.complexfloating):
+        raise InputError(f"{name} must be a real number", given=value)
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number beyond all floats
+        number = float("inf")
+    if finite and not math.isfinite(number):
+        raise NonFiniteError(f"{name} is not finite", given=number)
+    return number
+
+
+def real_period(name: str, value: object) -> float:
+    """Return a period [s], finite and positive. Raises: `InputError`."""
+    period = real_number(name, value, finite=False)
+    if not (math.isfinite(period) and period > 0.0):
+        raise InputError(f"{name} must be finite and positive", given=value, remedy="Give seconds")
+    return period
 
 
 def positive(name: str, value: object, unit: str = "") -> float:
@@ -58,7 +93,7 @@ def share(name: str, value: object) -> float:
 
 def require_period(dt: object) -> float:
     """Return a period [s] that is finite and positive. Raises: `InputError`."""
-    return positive("the period", dt, "s")
+    return real_period("the period", dt)
 
 
 def _number(value: object) -> float:

@@ -5,7 +5,6 @@ Conventions: `T_a_b` maps coordinates in b to coordinates in a; a twist is (line
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,14 +15,6 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.integer[Any]]
 Mask = NDArray[np.bool_]
 POSE_SIZE, TWIST_SIZE = 7, 6  # numbers of a pose (position, quaternion xyzw) and of a twist
-
-
-def pose(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> pin.SE3:
-    """Return the placement with translation `xyz` [m] and roll-pitch-yaw angles `rpy` [rad].
-
-    The rotation is R_z(yaw) R_y(pitch) R_x(roll), as in URDF.
-    """
-    return pin.SE3(pin.rpy.rpyToMatrix(*map(float, rpy)), np.asarray(xyz, dtype=float))
 
 
 def pose_row(T: pin.SE3) -> Array:

@@ -129,6 +129,15 @@ def by_component(task: KernelTask, block: Block) -> tuple[RowDescription, ...]:
     )
 
 
+def require_frame(name: str, frame: str | int | None) -> str | int:
+    """Return the frame of a task that needs one. Raises: `InputError`."""
+    if frame is None:
+        raise InputError(
+            f"task {name!r} needs a frame", remedy="Give its name; `robot.frame_names` lists them"
+        )
+    return frame
+
+
 def require_rate(name: str, rate: float) -> float:
     """Return a rate [1/s] that is finite and positive. Raises: `InputError`."""
     return positive(f"the rate of task {name!r}", rate, "1/s")

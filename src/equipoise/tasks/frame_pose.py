@@ -20,10 +20,11 @@ from equipoise.spatial import Array
 from equipoise.spatial.kernels import rotation_difference
 from equipoise.spatial.numbers import not_negative, positive
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, require_rate
+from equipoise.tasks.base import KernelTask, require_frame, require_rate
 from equipoise.tasks.joint_rows import write_joint_rows
 from equipoise.tasks.view import FRAME_POSE, TaskView
 from equipoise.trajectories import PoseTrajectory
+from equipoise.trajectories.base import require_trajectory
 
 SPEED, TURN, DAMPING, JOINTS = range(4)  # entries of the numbers
 FREE = 0.02  # [m] from the target nothing is damped
@@ -112,7 +113,8 @@ class FramePoseTask(KernelTask):
         robot: Robot | None = None,
     ) -> None:
         super().__init__(name)
-        self.frame: str | int = frame
+        self.frame: str | int = require_frame(name, frame)
+        require_trajectory(f"the target of task {name!r}", target)
         self.target: PoseTrajectory = target
         self.rate = require_rate(name, rate)
         self.speed = _bound(f"the speed of task {name!r}", speed, "m/s")

@@ -15,37 +15,38 @@ from equipoise.kinematics.tree import FRAME_JOINT
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import turned, turned_back
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, by_component, require_rate
+from equipoise.tasks.base import KernelTask, by_component, require_frame, require_rate
 from equipoise.tasks.view import GAZE, TaskView
 from equipoise.trajectories import PoseTrajectory
+from equipoise.trajectories.base import require_trajectory
 
 _NEAREST = 1e-3  # [m] a point closer to the camera than this has no direction
+_STRAIGHT = (
+    1e-9  # share of the ray across the axis: below it the target is straight ahead or behind
+)
+_SIDEWAYS = 0.5  # share of the ray behind the camera from which on it is only turned sideways
 
 
 @compiled
 def gaze_rows(task: TaskView) -> None:
-    """Write the rates of (d_y, d_z) of a camera.
+    """Write the rates of the target's direction, along y and z carried from the axis to it.
 
     A body point that now lies at the target moves, seen from the camera, against the target: so
     the rows are minus its speed along the two directions across the ray, over the distance.
     """
     T, target, A, at = matrix(task.state, FRAMES)[task.frame], task.target, task.A, task.at
     joint = integers(task.tree, FRAME_JOINT)[task.frame]
-    ray, across = scratch(3), scratch_matrix(2, 3)
+    ray, across, error = scratch(3), scratch_matrix(2, 3), scratch(2)
     distance = look(T, target, ray)
-    left, up = angles(ray)
+    angles(ray, across, error)
     for k in range(2):
-        x, y, z = -ray[k + 1] * ray[0], -ray[k + 1] * ray[1], -ray[k + 1] * ray[2]
-        if k == 0:
-            y += 1.0
-        else:
-            z += 1.0
-        x, y, z = turned(T, x / distance, y / distance, z / distance)
+        x, y, z = across[k, 0] / distance, across[k, 1] / distance, across[k, 2] / distance
+        x, y, z = turned(T, x, y, z)
         across[k, 0], across[k, 1], across[k, 2] = x, y, z
         clear_row(task.tree, joint, A, at + k)
         add_point_row(task.tree, task.state, joint, target[9:12], across[k], -1.0, A, at + k)
         fed = x * target[12] + y * target[13] + z * target[14]
-        task.lower[at + k] = -task.rate * (left if k == 0 else up) - fed
+        task.lower[at + k] = -task.rate * error[k] - fed
         task.upper[at + k] = task.lower[at + k]
 
 
@@ -53,37 +54,70 @@ def gaze_rows(task: TaskView) -> None:
 def look(T: np.ndarray, target: np.ndarray, ray: np.ndarray) -> float:
     """Write the direction to the target in camera axes; return its distance."""
     x, y, z = turned_back(T, target[9] - T[9], target[10] - T[10], target[11] - T[11])
-    distance = max(math.sqrt(x * x + y * y + z * z), _NEAREST)
-    ray[0], ray[1], ray[2] = x / distance, y / distance, z / distance
-    return distance
+    length = math.sqrt(x * x + y * y + z * z)
+    if length > 0.0:
+        ray[0], ray[1], ray[2] = x / length, y / length, z / length
+    else:
+        ray[0], ray[1], ray[2] = 1.0, 0.0, 0.0
+    return max(length, _NEAREST)
 
 
 @compiled
-def angles(direction: np.ndarray) -> tuple[float, float]:
-    """Return the angle between a direction and the x axis, split along y and z."""
-    sine = math.sqrt(direction[1] ** 2 + direction[2] ** 2)
-    if sine < 1e-9:
-        if direction[0] < 0.0:
-            return math.pi, 0.0
-        return direction[1], direction[2]
-    stretch = math.atan2(sine, direction[0]) / sine
-    return direction[1] * stretch, direction[2] * stretch
+def angles(ray: np.ndarray, across: np.ndarray, error: np.ndarray) -> None:
+    """Write the angle [rad] between a direction and the x axis, split in two, and along what.
+
+    `across` [2, 3] are y and z, carried along from x to the ray on the shortest way: unit vectors
+    across the ray. `error` [2] says along them where the ray comes from: its length is the angle,
+    and it points away from x, as the shortest way does; behind, where that would lead over the top
+    of the head and from straight behind anywhere, it turns into the way around the z axis, to the
+    left if the target is on neither side.
+    """
+    x, y, z = ray[0], ray[1], ray[2]
+    sine = math.sqrt(y * y + z * z)
+    if sine > _STRAIGHT:
+        left, up = y / sine, z / sine
+    else:
+        left, up = 1.0, 0.0
+    bent = 1.0 - x
+    turned_up = -bent * left * up
+    across[0, 0], across[0, 1], across[0, 2] = -sine * left, 1.0 - bent * left * left, turned_up
+    across[1, 0], across[1, 1], across[1, 2] = -sine * up, turned_up, 1.0 - bent * up * up
+    angle = math.atan2(sine, x)
+    if sine <= _STRAIGHT and x > 0.0:
+        error[0], error[1] = y, z
+        return
+    if x < 0.0:
+        level = math.sqrt(x * x + y * y)
+        if level > 0.0:
+            side = -1.0 if y < -_STRAIGHT else 1.0
+            ex, ey = -side * y / level, side * x / level  # away from the front, around z
+            share = min(-x / _SIDEWAYS, 1.0)
+            share *= share * (3.0 - 2.0 * share)
+            around_left = across[0, 0] * ex + across[0, 1] * ey
+            around_up = across[1, 0] * ex + across[1, 1] * ey
+            left += share * (around_left - left)
+            up += share * (around_up - up)
+            length = math.sqrt(left * left + up * up)
+            left, up = left / length, up / length
+    error[0], error[1] = angle * left, angle * up
 
 
 @entrance
-def gaze_error(T: np.ndarray, target: np.ndarray) -> tuple[float, float]:
-    """Return the angle to the target, split into left and up, of a camera at T."""
-    ray = scratch(3)
+def gaze_error(T: np.ndarray, target: np.ndarray, error: np.ndarray) -> None:
+    """Write the angle to the target, split into left and up, of a camera at T."""
+    ray, across = scratch(3), scratch_matrix(2, 3)
     look(T, target, ray)
-    return angles(ray)
+    angles(ray, across, error)
 
 
 class GazeTask(KernelTask):
-    """Turn the x axis of the camera frame to the origin of a moving target.
+    """Turn the x axis of the camera frame to the origin of a moving target, wherever that is.
 
-    The direction d of the target in camera axes is (1, 0, 0) when looked at; the error is the
-    angle to it, along (d_y, d_z). Near the goal the rows are the exact rate of (d_y, d_z); far
-    from it the error keeps the size of the angle, so that a target behind is turned to as well.
+    The rows are the rates of the target's direction in camera axes, along y and z carried from the
+    optical axis to it; they ask that the angle [rad] shrinks at `rate` [1/s] on the shortest way.
+    A target behind is turned to sideways, about the camera's z; one straight behind, or straight
+    above and behind, to the left. That side is kept, since turning makes it the nearer one.
+    Raises: `InputError`.
     """
 
     labels = ("left", "up")
@@ -96,13 +130,16 @@ class GazeTask(KernelTask):
         self, name: str, camera: str | int, target: PoseTrajectory, *, rate: float = 5.0
     ) -> None:
         super().__init__(name)
-        self.frame: str | int = camera
+        self.frame: str | int = require_frame(name, camera)
+        require_trajectory(f"the target of task {name!r}", target)
         self.target: PoseTrajectory = target
         self.rate = require_rate(name, rate)
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return the angle [rad] to the target, split into left and up (2,)."""
-        return np.array(gaze_error(pose_row(kin.placement(self.frame)), self.target.row(t)))
+        error = np.empty(2)
+        gaze_error(pose_row(kin.placement(self.frame)), self.target.row(t), error)
+        return error
 
     def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
         """Return what a person calls each row."""

@@ -10,6 +10,7 @@ import numpy as np
 from equipoise.compiled import compiled
 from equipoise.compiled.workspace import integers, vector
 from equipoise.hqp import Block, Hierarchy, RowDescription
+from equipoise.hqp.row_names import SPEED_LIMIT
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import Q
 from equipoise.kinematics.tree import FIRST_Q, KIND
@@ -103,5 +104,5 @@ class JointLimitsTask(KernelTask):
 
     def _limit(self, side: str, joint: str, bound: float, speed: float) -> tuple[str, float]:
         if abs(bound) >= speed:
-            return f"the speed limit of {joint}", math.nan
+            return f"{SPEED_LIMIT} {joint}", math.nan
         return f"the {side} limit of {joint}", self.rate

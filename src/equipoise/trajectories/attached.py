@@ -11,16 +11,30 @@ import pinocchio as pin
 from equipoise.compiled import compiled, entrance
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import compose, crossed
-from equipoise.trajectories.base import ATTACHED, ROW, CompiledTrajectory, PoseTrajectory
+from equipoise.spatial.poses import rigid
+from equipoise.trajectories.base import (
+    ATTACHED,
+    ROW,
+    CompiledTrajectory,
+    PoseTrajectory,
+    require_trajectory,
+)
 
 
 @dataclass(frozen=True)
 class AttachedTrajectory(CompiledTrajectory):
-    """A frame rigidly attached to a moving `body`, at `T_body_frame`."""
+    """A frame rigidly attached to a moving `body`, at `T_body_frame`.
+
+    Raises: `InputError` for a body or a pose that is none.
+    """
 
     body: PoseTrajectory
     T_body_frame: pin.SE3
     kind = ATTACHED
+
+    def __post_init__(self) -> None:
+        require_trajectory("the body of an AttachedTrajectory", self.body)
+        rigid("the pose of an attached frame", self.T_body_frame)
 
     @cached_property
     def numbers(self) -> Array:

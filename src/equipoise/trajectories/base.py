@@ -8,11 +8,26 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from equipoise.errors import InputError, NonFiniteError
 from equipoise.spatial import Array, pose_row
+from equipoise.spatial.numbers import real_number
 
 # kinds of targets as kernels know them; GIVEN is written from Python
 GIVEN, FIXED, WAYPOINTS, ATTACHED, TRAVEL = range(5)
+SHORTEST = 1e-4  # [s] between two moments of a way: less is a slip, and no controller follows
+NEARLY = 0.999  # of it, since differences of times are rounded
 ROW = 18  # numbers of a target: a pose row, then its twist
+
+
+def instant(t: float) -> float:
+    """Return a time [s] at which a trajectory may be asked; infinities are its ends.
+
+    Raises: `NonFiniteError` for a NaN, `InputError` for what is no number.
+    """
+    at = real_number("the time", t, finite=False)
+    if at != at:
+        raise NonFiniteError("the time at which a trajectory is asked is NaN")
+    return at
 
 
 @dataclass(frozen=True)
@@ -36,6 +51,18 @@ class PoseTrajectory(ABC):
         """Return the same as kernels read it (18,): a pose row and the twist."""
         sample = self.at(t)
         return np.concatenate((pose_row(sample.T_world_target), sample.twist_world))
+
+
+def require_trajectory(what: str, given: object) -> None:
+    """Refuse what is no trajectory of poses. Raises: `InputError`."""
+    if isinstance(given, PoseTrajectory):
+        return
+    remedy = "Give a `FixedPose`, a `WaypointTrajectory`, or a `PoseTrajectory` of your own"
+    if isinstance(given, pin.SE3):
+        remedy = "A pose that does not move is `FixedPose(T)`"
+    raise InputError(
+        f"{what} must be a trajectory of poses", given=type(given).__name__, remedy=remedy
+    )
 
 
 class CompiledTrajectory(PoseTrajectory):

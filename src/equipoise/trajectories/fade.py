@@ -9,6 +9,8 @@ import numpy as np
 
 from equipoise.compiled import compiled, entrance
 from equipoise.errors import InputError
+from equipoise.spatial.numbers import real_number
+from equipoise.trajectories.base import instant
 from equipoise.trajectories.minimum_jerk import step
 
 ROUNDING = 1e-9
@@ -28,6 +30,8 @@ class Fade:
     ramp: float = 0.3
 
     def __post_init__(self) -> None:
+        for name in ("start", "end", "ramp"):
+            real_number(f"the {name} of a fade", getattr(self, name), finite=False)
         if not self.start < self.end:
             raise InputError(
                 "a task's window must end after it starts", given=(self.start, self.end)
@@ -49,7 +53,7 @@ class Fade:
 
         The window is half open: the end does not count, as that of a contact.
         """
-        return fade_alone(self.numbers, float(t))
+        return fade_alone(self.numbers, instant(t))
 
 
 @compiled

@@ -11,6 +11,8 @@ import numpy as np
 from equipoise.compiled import compiled, entrance
 from equipoise.errors import InputError
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_vector
+from equipoise.trajectories.base import NEARLY, SHORTEST, instant
 from equipoise.trajectories.minimum_jerk import step
 from equipoise.trajectories.scalar import PROFILE, CompiledScalar
 
@@ -24,12 +26,18 @@ class Profile(CompiledScalar):
     kind = PROFILE
 
     def __post_init__(self) -> None:
-        if len(self.times) != len(self.values) or not self.times:
-            raise InputError("a profile needs as many values as times, at least one of each")
-        if not np.isfinite([*self.times, *self.values]).all():
-            raise InputError("a profile needs finite times and values", given=self.values)
-        if any(np.diff(self.times) <= 0.0):
-            raise InputError("the times of a profile must increase", given=self.times)
+        if len(self.times) != len(self.values) or not len(self.times):
+            raise InputError(
+                "a profile needs as many values as times, at least one of each",
+                given=f"{len(self.times)} times, {len(self.values)} values",
+            )
+        times = real_vector("the times of a profile", self.times, len(self.times))
+        real_vector("the values of a profile", self.values, len(self.values))
+        if not (np.diff(times) >= NEARLY * SHORTEST).all():
+            raise InputError(
+                f"the times of a profile must increase, by {SHORTEST:g} s at least",
+                given=times.tolist(),
+            )
 
     @classmethod
     def of(cls, times: Sequence[float], values: Sequence[float]) -> Profile:
@@ -41,9 +49,14 @@ class Profile(CompiledScalar):
         """The times and then the values (2 k,)."""
         return np.array([*self.times, *self.values], dtype=float)
 
+    @property
+    def least(self) -> float:
+        """The least of its values: between them it goes straight from one to the next."""
+        return min(self.values)
+
     def at(self, t: float) -> float:
         """Return the wanted value at time `t` [s]."""
-        return profile_alone(self.numbers, float(t))
+        return profile_alone(self.numbers, instant(t))
 
 
 @compiled

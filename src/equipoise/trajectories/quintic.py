@@ -33,17 +33,31 @@ def quintic_powers(times: Array, points: Array) -> Array:
     return np.array([np.einsum("pnd,ndk->pk", P, x) for P, x in zip(pieces, ends, strict=True)])
 
 
+def powers_between(h: float, start: Array, end: Array) -> Array:
+    """Return the powers (6, k), highest first, of the quintic with these states at its ends.
+
+    `start` and `end` (3, k) are value, first and second derivative; `h` [s] lies between them.
+    """
+    return np.einsum("pnd,ndk->pk", _powers_of_ends(h), np.stack((start, end)))
+
+
 def _powers_of_ends(h: float) -> Array:
     """Return the matrix (6, 2, 3) from the states at both ends of a piece to its powers."""
-    start = np.array([[0, 0, 0, 0, 0, 1], [0, 0, 0, 0, 1, 0], [0, 0, 0, 2, 0, 0]], dtype=float)
-    end = np.array(
-        [
-            [h**5, h**4, h**3, h**2, h, 1],
-            [5 * h**4, 4 * h**3, 3 * h**2, 2 * h, 1, 0],
-            [20 * h**3, 12 * h**2, 6 * h, 2, 0, 0],
-        ]
-    )
-    return np.linalg.inv(np.vstack((start, end))).reshape(6, 2, 3)
+    derivatives, powers = np.arange(3.0), np.arange(5.0, -1.0, -1.0)
+    return OF_UNIT * h**derivatives / (h**powers)[:, None, None]
+
+
+def _of_unit() -> Array:
+    """Return `_powers_of_ends` for a piece of unit length."""
+    ends = [
+        [0, 0, 0, 0, 0, 1],
+        [0, 0, 0, 0, 1, 0],
+        [0, 0, 0, 2, 0, 0],
+        [1, 1, 1, 1, 1, 1],
+        [5, 4, 3, 2, 1, 0],
+        [20, 12, 6, 2, 0, 0],
+    ]
+    return np.linalg.inv(np.array(ends, dtype=float)).round(9).reshape(6, 2, 3)
 
 
 def _derivative(powers: Array, order: int, s: float) -> Array:
@@ -55,3 +69,6 @@ def _derivative(powers: Array, order: int, s: float) -> Array:
     for power in powers:
         value = value * s + power
     return value
+
+
+OF_UNIT = _of_unit()  # its entries are whole numbers and halves

@@ -19,6 +19,11 @@ class ScalarTrajectory(ABC):
     def at(self, t: float) -> float:
         """Return the wanted value at time `t` [s]."""
 
+    @property
+    def least(self) -> float | None:
+        """The least value it ever has, None if it does not know."""
+        return None
+
 
 class CompiledScalar(ScalarTrajectory):
     """A scalar that a kernel evaluates from `numbers`; `kind` is its number in `scalars`."""

@@ -16,8 +16,10 @@ from equipoise.trajectories.profile import profile_at
 from equipoise.trajectories.pushing import pushing_at
 from equipoise.trajectories.scalar import GIVEN, PROFILE, PUSHING, CompiledScalar, ScalarTrajectory
 
-SCALARS = Arrays(("values", "offsets", "numbers", "kind", "first"), frozenset({"kind", "first"}))
-VALUES, OFFSETS, NUMBERS, KIND, FIRST = range(len(SCALARS.names))
+SCALARS = Arrays(
+    ("values", "offsets", "least", "numbers", "kind", "first"), frozenset({"kind", "first"})
+)
+VALUES, OFFSETS, LEAST, NUMBERS, KIND, FIRST = range(len(SCALARS.names))
 
 Scalar = ScalarTrajectory | Callable[[float], float]
 
@@ -37,16 +39,26 @@ def value_of(scalar: Scalar, t: float) -> float:
     return float(scalar.at(t) if isinstance(scalar, ScalarTrajectory) else scalar(t))
 
 
+def least_of(scalar: Scalar) -> float:
+    """Return the least value of a scalar, as far as it is known; at time 0 otherwise."""
+    least = scalar.least if isinstance(scalar, ScalarTrajectory) else None
+    return value_of(scalar, 0.0) if least is None else least
+
+
 def scalar_shapes(scalars: Sequence[Scalar]) -> list[tuple[str, Shape, bool]]:
-    """Return the arrays: `values` [k], `offsets` [k] that a person adds, what kernels need."""
+    """Return the arrays: `values` [k], `offsets` [k] that a person adds, what kernels need.
+
+    `least` [k] is the least that may be wanted of each: zero where a contact can only push.
+    """
     count, pool = max(len(scalars), 1), sum(len(numbers_of(one)) for one in scalars)
     return SCALARS.shapes(
-        values=count, offsets=count, numbers=max(pool, 1), kind=count, first=count + 1
+        values=count, offsets=count, least=count, numbers=max(pool, 1), kind=count, first=count + 1
     )
 
 
-def fill_scalars(part: Part, scalars: Sequence[Scalar]) -> None:
-    """Write the constants."""
+def fill_scalars(part: Part, scalars: Sequence[Scalar], least: Sequence[float]) -> None:
+    """Write the constants; `least` [k] is the least that may be wanted of each."""
+    part.least[: len(least)] = least
     start = 0
     for k, one in enumerate(scalars):
         numbers = numbers_of(one)
@@ -54,6 +66,14 @@ def fill_scalars(part: Part, scalars: Sequence[Scalar]) -> None:
         part.numbers[start : start + len(numbers)] = numbers
         start += len(numbers)
         part.first[k + 1] = start
+
+
+@compiled
+def wanted_now(scalars: Block, k: int) -> float:
+    """Return what is wanted of scalar k with what a person adds, no less than may be wanted."""
+    value = vector(scalars, VALUES)[k] + vector(scalars, OFFSETS)[k]
+    least = vector(scalars, LEAST)[k]
+    return least if value < least else value  # so that a NaN stays one
 
 
 @compiled

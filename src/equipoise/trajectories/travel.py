@@ -10,7 +10,18 @@ import numpy as np
 from equipoise.compiled import compiled, entrance
 from equipoise.errors import InputError
 from equipoise.spatial import Array
-from equipoise.trajectories.base import ROW, TRAVEL, CompiledTrajectory, PoseTrajectory
+from equipoise.spatial.numbers import real_number
+from equipoise.spatial.poses import unit_vector
+from equipoise.trajectories.base import (
+    NEARLY,
+    ROW,
+    SHORTEST,
+    TRAVEL,
+    CompiledTrajectory,
+    PoseTrajectory,
+    instant,
+    require_trajectory,
+)
 from equipoise.trajectories.minimum_jerk import share_of, step, step_bend, step_rate
 
 
@@ -26,8 +37,16 @@ class Travel:
     distance: float
 
     def __post_init__(self) -> None:
-        if not (np.isfinite([self.start, self.end, self.distance]).all() and self.end > self.start):
-            raise InputError("a travel must end after it starts", given=(self.start, self.end))
+        start, end, distance = (
+            real_number(f"the {name} of a travel", getattr(self, name), finite=False)
+            for name in ("start", "end", "distance")
+        )
+        if not (np.isfinite([start, end, distance]).all() and end - start >= NEARLY * SHORTEST):
+            raise InputError(
+                "a travel must end after it starts, over a finite distance",
+                given=(self.start, self.end, self.distance),
+                remedy="Give start and end [s] and the distance [m]",
+            )
 
     @property
     def numbers(self) -> Array:
@@ -37,18 +56,39 @@ class Travel:
     def __call__(self, t: float) -> tuple[float, float, float]:
         """Return how far it has gone [m], its speed [m/s] and acceleration [m/s^2] at `t` [s]."""
         gone = np.empty(3)
-        travel_alone(self.numbers, t, gone)
+        travel_alone(self.numbers, instant(t), gone)
         return float(gone[0]), float(gone[1]), float(gone[2])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class TravelTrajectory(CompiledTrajectory):
-    """A `body` that also travels along `direction` (3,), a unit vector, without turning."""
+    """A `body` that also travels along `direction` (3,), a unit vector, without turning.
+
+    `travel` says from when to when [s] and how far [m]: a `Travel`, or its three numbers.
+    Raises: `InputError` for what is none of these.
+    """
 
     body: PoseTrajectory
     direction: Array
     travel: Travel
     kind = TRAVEL
+
+    def __init__(
+        self, body: PoseTrajectory, direction: Array, travel: Travel | float, *more: float
+    ) -> None:
+        require_trajectory("the body of a TravelTrajectory", body)
+        if not isinstance(travel, Travel) and len(more) == 2:
+            travel, more = Travel(travel, *more), ()
+        if more or not isinstance(travel, Travel):
+            raise InputError(
+                "the travel of a TravelTrajectory must be a Travel",
+                given=(travel, *more),
+                remedy="Give TravelTrajectory(body, direction, Travel(start, end, distance))",
+            )
+        set_once = object.__setattr__  # a frozen dataclass
+        set_once(self, "body", body)
+        set_once(self, "direction", unit_vector("the direction of a TravelTrajectory", direction))
+        set_once(self, "travel", travel)
 
     @cached_property
     def numbers(self) -> Array:
@@ -63,7 +103,7 @@ class TravelTrajectory(CompiledTrajectory):
     def row(self, t: float) -> Array:
         """Return pose row and twist (18,) at time `t` [s]."""
         row = np.empty(ROW)
-        travelling_alone(self.body.row(t), self.numbers, float(t), row)
+        travelling_alone(self.body.row(t), self.numbers, instant(t), row)
         return row
 
 

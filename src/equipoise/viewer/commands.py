@@ -34,8 +34,8 @@ def view_run(run_path: Path | None, host: str, port: int | None, say: Say, *, br
     try:
         replay = Replay(log, server)
         replay.start()
-        if log.run.note:
-            say(log.run.note)
+        if log.note:
+            say(f"Note: {log.note}")
         say(f"Showing {log.run.folder} at {server.url}")
         keep_open(server, say, browse=browse)
         replay.stop()

@@ -12,6 +12,7 @@ import viser
 from equipoise.collision.scene import Pair
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.scenarios import schema
+from equipoise.simulation.build.fades import build_fades
 from equipoise.simulation.build.levels import build_levels
 from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
@@ -35,6 +36,7 @@ class Display:
     def __init__(self, server: viser.ViserServer, scenario: schema.Scenario, setup: Setup) -> None:
         self.server, self.setup = server, setup
         self.levels = build_levels(scenario, setup)
+        self._fades = build_fades(scenario)
         self._evaluator = KinematicsEvaluator(setup.robot)
         _set_up_scene(server)
         parts, model = robot_parts(setup.scene), setup.robot.model
@@ -60,7 +62,7 @@ class Display:
         with gui.add_folder("Layers", expand_by_default=False):
             self._add_switches()
         with gui.add_folder("Hierarchy"):
-            self._hierarchy = HierarchyPanel(gui, self.levels)
+            self._hierarchy = HierarchyPanel(gui, self.setup.robot, self.levels, self._fades)
 
     def moment(self, t: float, values: Mapping[str, Array]) -> Moment | None:
         """Return the moment of logged `values`; None if the state in them is not finite."""

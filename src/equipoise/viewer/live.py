@@ -25,6 +25,7 @@ from equipoise.viewer.layer import Moment
 from equipoise.viewer.longlog import LongLog
 from equipoise.viewer.operator_panel import OperatorPanel
 from equipoise.viewer.page_ready import has_begun_frame
+from equipoise.viewer.plain_text import in_markdown
 from equipoise.viewer.plot_panel import add_plots
 from equipoise.viewer.replay import PANEL_PERIOD, Replay
 from equipoise.viewer.server import ViewerServer
@@ -78,7 +79,7 @@ class LiveView:
         gui = server.viser.gui
         self.display = Display(server.viser, scenario, setup)
         with self.display.panels.group():
-            gui.add_markdown(f"**{scenario.title or scenario.name}** — running")
+            gui.add_markdown(f"**{in_markdown(scenario.title or scenario.name)}** — running")
             self.panel = OperatorPanel(gui, scenario, setup, job.push_frame, self._send)
             self.display.add_panels()
         gui.main_panel.dock_right()
@@ -157,7 +158,7 @@ class LiveView:
             self._replay = Replay(LongLog(folder), self.server)
             self._replay.start()
         except EquipoiseError as error:
-            viser.gui.add_markdown(str(error))
+            viser.gui.add_markdown(in_markdown(error))
 
     def _send(self, kind: str, content: object) -> None:
         with self._sending:

@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from equipoise.errors import RunLogError
-from equipoise.runlog import Run, load_run
+from equipoise.runlog import CHECKED_WHOLE, Run, check_log, load_run
+from equipoise.runlog.folders import LOG_NAME
 from equipoise.runlog.layout import make_layout
 from equipoise.runlog.scan import read_chunk, scan_log
-from equipoise.runlog.writer import LOG_NAME
 from equipoise.spatial import Array
 
 CACHED_CHUNKS = 64
@@ -35,13 +35,15 @@ class Tick:
 class LongLog:
     """Answer for single ticks and for pieces of a log, without loading it whole.
 
-    `run` is the run without its ticks. Raises: `RunLogError` if there is nothing to show.
+    `run` is the run without its ticks; `note` says what is damaged, of a very long log only what
+    can be told without reading it. Raises: `RunLogError` if there is nothing to show.
     """
 
     def __init__(self, folder_or_mcap: Path | str) -> None:
         given = Path(folder_or_mcap)
         self.run: Run = load_run(given, start=-1.0, stop=-1.0)
         self.path = given / LOG_NAME if given.is_dir() else given
+        self.note = check_log(self.path, at_most=CHECKED_WHOLE)
         self._layout = make_layout(tuple(self.run.channels.values()))
         self._fields = {channel: f"values{i}" for i, channel in enumerate(self.run.channels)}
         with open(self.path, "rb") as stream:

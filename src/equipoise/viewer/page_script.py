@@ -1,4 +1,4 @@
-"""The script that is added to viser's page, see `files/number_boxes.js`."""
+"""The scripts that are added to viser's page, see `files/number_boxes.js` and `narrow_page.js`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from websockets.http11 import Request, Response
 
 PAGES = ("/", "/index.html")
 END = b"</body>"
-SCRIPT = Path(__file__).parent / "files" / "number_boxes.js"
+SCRIPTS = tuple(
+    Path(__file__).parent / "files" / name for name in ("number_boxes.js", "narrow_page.js")
+)
 
 
 def asks_for_page(request: Request) -> bool:
@@ -22,11 +24,11 @@ def asks_for_page(request: Request) -> bool:
 
 
 def with_script(response: Response) -> Response:
-    """Return the response with the script at the end of its page; as it is where that has none."""
+    """Return the response with the scripts at the end of its page; as it is where that has none."""
     page, end, rest = (response.body or b"").rpartition(END)
     if not end:
         return response
-    script = b"<script>" + SCRIPT.read_bytes() + b"</script>"
+    script = b"".join(b"<script>" + path.read_bytes() + b"</script>" for path in SCRIPTS)
     headers = Headers(response.headers)
     body = page + script + end + rest
     if "Content-Length" in headers:

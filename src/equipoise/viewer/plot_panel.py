@@ -10,7 +10,7 @@ import viser
 from viser import uplot
 
 from equipoise.spatial import Array
-from equipoise.viewer.curves import MOST_CURVES, Plot
+from equipoise.viewer.curves import LEAST_SLACK, MOST_CURVES, Plot
 from equipoise.viewer.envelope import Envelope
 from equipoise.viewer.panels import Panels
 
@@ -88,7 +88,10 @@ class Slot:
             self._now = self._now if t is None else t
             title = self._choice.value
             labels, self._t, values = self._curves_of(title)
-            self._values = without_gaps(self._t, values)
+            values = without_gaps(self._t, values)
+            if self._plots[title].logarithmic:
+                values = np.log10(np.maximum(values, LEAST_SLACK))
+            self._values = values
             if (title, labels) != (self._charted, self._labels) and self._chart is not None:
                 self._chart.remove()
                 self._chart = None
@@ -114,9 +117,8 @@ class Slot:
             "x": uplot.Scale(time=False),
             "now": uplot.Scale(auto=False, range=(0.0, 1.0)),
         }
-        if plot.logarithmic:
-            scales["y"] = uplot.Scale(distr=3)
         unit = f" [{plot.unit}]" if plot.unit else ""
+        unit += ", powers of ten" if plot.logarithmic else ""
         with self._folder:
             return self._gui.add_uplot(
                 columns,

@@ -14,6 +14,7 @@ from equipoise.viewer.curves import plots_of
 from equipoise.viewer.display import Display
 from equipoise.viewer.envelope import Envelope
 from equipoise.viewer.longlog import LongLog
+from equipoise.viewer.plain_text import in_markdown
 from equipoise.viewer.plot_panel import PlotPanel, add_plots
 from equipoise.viewer.server import ViewerServer
 from equipoise.viewer.timeline import TimeLine
@@ -63,12 +64,12 @@ class Replay:
 
     def _summary(self, title: str) -> None:
         run, gui = self.log.run, self.server.viser.gui
-        lines = [f"**{title}** — {run.folder.name}"]
+        lines = [f"**{in_markdown(title)}** — {in_markdown(run.folder.name)}"]
         if run.summary is not None:
             met = "met its acceptance" if run.summary.get("passed") else "did **not** meet it"
-            lines.append(f"{run.summary.get('ended', '')}; {met}")
-        if run.note:
-            lines.append(f"*{run.note}*")
+            lines.append(f"{in_markdown(run.summary.get('ended', ''))}; {met}")
+        if self.log.note:
+            lines.append(f"*{in_markdown(self.log.note)}*")
         gui.add_markdown("\n\n".join(lines))
 
     def _plots(self, setup: Setup) -> tuple[PlotPanel, Envelope]:

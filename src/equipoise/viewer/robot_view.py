@@ -19,6 +19,7 @@ from equipoise.robots import Robot
 from equipoise.robots.files.finding import Finding
 from equipoise.viewer.controls import write
 from equipoise.viewer.drawing import Drawing, robot_parts
+from equipoise.viewer.plain_text import in_markdown
 from equipoise.viewer.server import ViewerServer
 
 _AXES = 0.08  # [m]
@@ -60,9 +61,10 @@ class RobotView:
     def _add_panel(self, findings: Sequence[Finding]) -> None:
         gui, robot = self._server.gui, self.robot
         gui.add_markdown(
-            f"**{robot.name}** — {robot.na} joints, {robot.mass:.2f} kg\n\n"
+            f"**{in_markdown(robot.name)}** — {robot.na} joints, {robot.mass:.2f} kg\n\n"
             f"soles: {_names([s.frame for s in robot.soles])}; "
-            f"palms: {_names([p.frame for p in robot.palms])}; camera: {robot.camera or 'none'}"
+            f"palms: {_names([p.frame for p in robot.palms])}; "
+            f"camera: {_names([robot.camera] if robot.camera else [])}"
         )
         with gui.add_folder("Checks of the loader", expand_by_default=bool(findings)):
             gui.add_html(findings_table(findings))
@@ -166,4 +168,4 @@ def limits_table(robot: Robot) -> str:
 
 
 def _names(names: Sequence[str]) -> str:
-    return ", ".join(names) or "none"
+    return in_markdown(", ".join(names) or "none")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from html import escape
+
 import viser
 
 from equipoise.analysis.report.modes import CONTROL, HIERARCHY, MODES, word_of
@@ -37,4 +39,4 @@ def status_html(moment: Moment) -> str:
 def _part(what: str, word: str, well: bool) -> str:
     colour = "#1a7f37" if well else "#b00020"
     weight = 400 if well else 700
-    return f'{what} <span style="color: {colour}; font-weight: {weight}">{word}</span>'
+    return f'{what} <span style="color: {colour}; font-weight: {weight}">{escape(word)}</span>'

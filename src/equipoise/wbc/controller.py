@@ -10,6 +10,7 @@ import numpy as np
 
 from equipoise.compiled.workspace import Workspace
 from equipoise.contacts import Contact, ContactSchedule, ContactStack
+from equipoise.contacts.pull import least_wanted, refuse_pull
 from equipoise.control import (
     Command,
     ControlGains,
@@ -43,6 +44,7 @@ from equipoise.trajectories.scalars import (
     Scalar,
     fill_scalars,
     kind_of,
+    least_of,
     scalar_shapes,
     value_of,
 )
@@ -154,10 +156,12 @@ class WholeBodyController:
 
     `levels` are tasks, highest priority first; level 0 usually holds a `ContactTask`. `contacts`
     are what the law knows to hold, a stack or a schedule. `wanted_forces` gives by contact the
-    wanted multiplier of each regulated row as a function of time. `fades` tells which tasks come
-    and go. With the passivity law and our own solver a tick is one call of a kernel; `controller`
-    makes another one, whose ticks are then its own. With a governor, tasks, fades and wanted forces
-    are those of its clock, which may be behind the time; contacts then must not come or go.
+    wanted multiplier of each regulated row as a function of time; a contact that can only push is
+    never wanted to pull: a profile that does is refused, a function of one's own gets zero instead.
+    `fades` tells which tasks come and go. With the passivity law and our own solver a tick is one
+    call of a kernel; `controller` makes another one, whose ticks are then its own. With a governor,
+    tasks, fades and wanted forces are those of its clock, which may be behind the time; contacts
+    then must not come or go.
     Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
     """
 
@@ -198,7 +202,7 @@ class WholeBodyController:
             self.controller = self.law = self._make_law()
         else:
             self.controller = controller(self._held)
-        self.supervisor = Supervisor(self.controller, settings.limits)
+        self.supervisor = Supervisor(self.controller, settings.limits, bounds=settings.bounds)
         self._fused = self._runs_in_one_call()
         self._hold(self._held)
 
@@ -214,6 +218,8 @@ class WholeBodyController:
                 raise NameNotFoundError("contact", name, names)
         self.scalars: list[Scalar] = []
         self.rows: dict[str, int] = {}  # "contact/row": number of its scalar
+        self.least = least_wanted(contacts)  # "contact/row": what may be wanted of it
+        self._refused: dict[str, str] = {}  # "contact/row": what was wanted of it, and when
         for contact in contacts:
             given = list(wanted.get(contact.name, ()))
             if len(given) != len(contact.regulated):
@@ -224,9 +230,12 @@ class WholeBodyController:
                     remedy="Give a wanted force for each regulated row, in their order",
                 )
             for label, scalar in zip(contact.regulated, given, strict=True):
-                self.rows[f"{contact.name}/{label}"] = len(self.scalars)
+                row = f"{contact.name}/{label}"
+                refuse_pull(row, self.least[row], least_of(scalar))
+                self.rows[row] = len(self.scalars)
                 self.scalars.append(scalar)
         self._given = [k for k, one in enumerate(self.scalars) if kind_of(one) == GIVEN]
+        self._least_given = [*self.least.values()]
 
     def _make_motion(
         self, levels: Sequence[Sequence[Task]], q: Array, fades: dict[str, Fade]
@@ -252,7 +261,7 @@ class WholeBodyController:
                 **own,
                 "scalars": scalar_shapes(self.scalars),
                 **program.shapes(len(frames)),
-                "meeting": meeting_shapes(len(self.scalars)),
+                "meeting": meeting_shapes(len(self.scalars), robot.na),
                 **extra,
             },
             (*motion.program.memory, *program.memory),
@@ -265,7 +274,7 @@ class WholeBodyController:
 
         motion.program.fill(workspace, number_of)
         program.fill(workspace, number_of)
-        fill_scalars(workspace.parts["scalars"], self.scalars)
+        fill_scalars(workspace.parts["scalars"], self.scalars, [*self.least.values()])
         motion.work_in(workspace, motion.program, motion.q_ref)
         self.workspace = workspace
         self._blocks = (workspace.floats, workspace.integers, workspace.tables)
@@ -307,6 +316,7 @@ class WholeBodyController:
         if self.settings.governor is not None:
             self.settings.governor.write(self.workspace.parts["tasks"])
         robot = self.robot
+        meeting.fastest[:] = limits.overspeed * robot.v_max
         sizes = (robot.nq, robot.nv, robot.na, robot.nv, robot.nv)
         self.ends = tuple(np.cumsum(sizes).tolist())
 
@@ -350,7 +360,8 @@ class WholeBodyController:
     @property
     def wanted(self) -> Array:
         """The multipliers wanted at the last tick (k,), in the order of `rows`."""
-        return self.workspace.parts["scalars"].values[: len(self.scalars)] + self.offsets
+        wanted = self.workspace.parts["scalars"].values[: len(self.scalars)] + self.offsets
+        return np.maximum(wanted, self.workspace.parts["scalars"].least[: len(self.scalars)])
 
     @property
     def offsets(self) -> Array:
@@ -387,8 +398,9 @@ class WholeBodyController:
             code = tick(*self._blocks, t, q, v, lam, WHOLE & ~BEGIN_MOTION, result)
         if code in SUPERVISED:
             return self._supervised(t, q, v, lam, result)
-        self.supervisor.saw(Measurement(q, v, lam))
-        return WholeBodyCommand(t, STATUS[code], result, self)
+        command = WholeBodyCommand(t, STATUS[code], result, self)
+        self.supervisor.saw(t, Measurement(q, v, lam), command.tau)
+        return command
 
     def _in_parts(self, t: float, q: Array, v: Array, lam: Array) -> WholeBodyCommand:
         """Run a tick in which Python has a say: in tasks, solver, contacts, controller or mode."""
@@ -400,8 +412,9 @@ class WholeBodyController:
         code = tick(*self._blocks, t, q, v, lam, BEGIN_LAW | RUN_LAW | MOVE, result)
         if code in SUPERVISED:
             return self._supervised(t, q, v, lam, result)
-        self.supervisor.saw(Measurement(q, v, lam))
-        return WholeBodyCommand(t, STATUS[code], result, self)
+        command = WholeBodyCommand(t, STATUS[code], result, self)
+        self.supervisor.saw(t, Measurement(q, v, lam), command.tau)
+        return command
 
     def _supervised(
         self, t: float, q: Array, v: Array, lam: Array, result: Array
@@ -428,6 +441,10 @@ class WholeBodyController:
         values = self.workspace.parts["scalars"].values
         for k in self._given:
             values[k] = value_of(self.scalars[k], t)
+            if values[k] < self._least_given[k]:
+                row = next(row for row, number in self.rows.items() if number == k)
+                told = f"t = {t:.3f} s: {row} was wanted to pull ({values[k]:g}); it gets 0"
+                self._refused.setdefault(row, told)
 
     def _checked(self, q: Array, v: Array, wrenches: Wrenches) -> tuple[Array, Array, Array]:
         if isinstance(wrenches, Mapping):
@@ -480,7 +497,8 @@ class WholeBodyController:
         """Every change of the mode, and what soles were about to do, in sentences."""
         notes = self.law.notes if self.law is not None else {}
         near = (f"t = {t:.3f} s: {what}, if it goes on like this" for what, t in notes.items())
-        return (*(str(change) for change in self.supervisor.changes), *near)
+        changes = (str(change) for change in self.supervisor.changes)
+        return (*changes, *self._refused.values(), *near)
 
     # -- memory ---------------------------------------------------------------------------------
 

@@ -33,8 +33,17 @@ from equipoise.motion.governor import follow_clock
 from equipoise.motion.kernels import MotionBlocks, motion_begin, move_on, solve_motion, write_rows
 from equipoise.motion.memory import CLOCK, CLOCK_TIME, GOVERNED
 from equipoise.motion.memory import V_REF as MOTION_V_REF
-from equipoise.trajectories.scalars import OFFSETS, VALUES, evaluate_scalars
-from equipoise.wbc.memory import FADING, FLAGS, NUMBERS, PERIOD, POSTURE_ERROR, TILT, WANTED_OF
+from equipoise.trajectories.scalars import evaluate_scalars, wanted_now
+from equipoise.wbc.memory import (
+    FADING,
+    FASTEST,
+    FLAGS,
+    NUMBERS,
+    PERIOD,
+    POSTURE_ERROR,
+    TILT,
+    WANTED_OF,
+)
 
 # numbers of the parts
 REFERENCE, TARGETS, CONTACTS, TASKS, ROWS = range(1, 6)
@@ -109,10 +118,9 @@ def want(m: MotionBlocks, scalars: Block, law: Block, meeting: Block, t: float) 
     copy(vector(m.state, Q), vector(law, Q_REF))
     copy(vector(m.tasks, MOTION_V_REF), vector(law, V_REF))
     evaluate_scalars(scalars, t)
-    values, offsets = vector(scalars, VALUES), vector(scalars, OFFSETS)
     wanted, lam_ref = integers(meeting, WANTED_OF), vector(law, LAM_REF)
     for i in range(integers(law, LAW_FLAGS)[REGULATED_COUNT]):
-        lam_ref[i] = values[wanted[i]] + offsets[wanted[i]]
+        lam_ref[i] = wanted_now(scalars, wanted[i])
 
 
 @compiled
@@ -143,17 +151,20 @@ def run_law(
 
 @compiled
 def is_near(tree: Block, state: Block, law: Block, meeting: Block) -> bool:
-    """Tell whether the robot is as near to its reference as the law needs it."""
-    limits, q_ref = vector(meeting, NUMBERS), vector(law, Q_REF)
+    """Tell whether the robot is as near to its reference as the law needs it, and not too fast."""
+    limits, q_ref, v = vector(meeting, NUMBERS), vector(law, Q_REF), vector(state, VELOCITY)
     if not is_finite(q_ref):
         return False
-    nv = vector(state, VELOCITY).shape[0]
+    nv, base, fastest = v.shape[0], base_size(tree), vector(meeting, FASTEST)
+    for k in range(nv - base):
+        if not abs(v[base + k]) <= fastest[k]:
+            return False
     apart = scratch(nv)
     difference(tree, q_ref, vector(state, Q), apart)
     for i in range(nv):
         if not abs(apart[i]) < limits[POSTURE_ERROR]:
             return False
-    if base_size(tree) == 6:
+    if base == 6:
         square = apart[3] * apart[3] + apart[4] * apart[4] + apart[5] * apart[5]
         return square <= limits[TILT] * limits[TILT]
     return True

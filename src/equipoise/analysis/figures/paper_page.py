@@ -25,6 +25,7 @@ from equipoise.analysis.figures.style import (
     styled,
     zero_line,
 )
+from equipoise.analysis.joint_groups import JointGroup
 from equipoise.analysis.run_context import RunContext
 from equipoise.errors import InputError
 from equipoise.runlog import Run
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_BESIDE, _ABOVE = 2.8, 1.0  # [pt] of lines of left limbs and of all others
 _WIDTH, _STRIP, _PLOTS = 13.3, 2.9, 5.6  # [inch]
 
 
@@ -92,14 +94,19 @@ def paper_page(context: RunContext) -> Figure:
     return figure
 
 
+def _width(limb: JointGroup) -> float:
+    """Return how wide a limb is drawn: a left one so that the right one on top leaves its rims."""
+    return _BESIDE if limb.title.startswith("Left") else _ABOVE
+
+
 def _draw_profiles(
     context: RunContext, axes: Axes, name: str, reference: str, skip: int, title: str, label: str
 ) -> None:
     """Draw every joint, coloured by limb; the reference lies dashed on top."""
     t = context.run.t
-    for k, limb in enumerate(context.joint_groups):
+    for k, limb in _left_first(context.joint_groups):
         for number, joint in enumerate(limb.joints):
-            look: Look = {"color": COLOURS[k % len(COLOURS)], "linewidth": 1.0}
+            look: Look = {"color": COLOURS[k % len(COLOURS)], "linewidth": _width(limb)}
             caption = limb.title if number == 0 else "_nolegend_"
             draw_curve(axes, t, context.run[name][:, skip + joint], label=caption, **look)
     dashed: Look = {"color": INK, "linewidth": 0.5, "linestyle": (0, (4, 4))}
@@ -108,13 +115,19 @@ def _draw_profiles(
     axes.set_ylabel(label)
 
 
+def _left_first(limbs: list[JointGroup]) -> list[tuple[int, JointGroup]]:
+    """Return the limbs with their numbers, those first that others lie on."""
+    return sorted(enumerate(limbs), key=lambda numbered: -_width(numbered[1]))
+
+
 def _draw_joint_errors(context: RunContext, axes: Axes, name: str) -> None:
     """Draw the largest error of each limb's joints."""
     skip, unit = (7, "mrad") if name == "q" else (6, "mrad/s")
     error = 1e3 * (context.run[name] - context.run[f"{name}_ref"])[:, skip:]
-    for k, limb in enumerate(context.joint_groups):
+    for k, limb in _left_first(context.joint_groups):
         largest = np.abs(error[:, list(limb.joints)]).max(axis=1)
-        draw_curve(axes, context.run.t, largest, color=COLOURS[k % len(COLOURS)], linewidth=1.2)
+        colour = COLOURS[k % len(COLOURS)]
+        draw_curve(axes, context.run.t, largest, color=colour, linewidth=_width(limb))
     axes.set_title("Position error" if name == "q" else "Velocity error")
     axes.set_ylabel(f"largest of a limb [{unit}]")
 

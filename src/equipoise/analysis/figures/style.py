@@ -24,6 +24,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#4
 INK, SOFT, FAINT, ALARM = "#222222", "#6B6B6B", "#C9C9C9", "#B00020"
 
 _RC: dict[RcKeyType, float | str | bool] = {
+    "text.parse_math": False,  # a $ in a name or title is a $
     "font.size": 10.0,
     "axes.titlesize": 10.5,
     "axes.titlelocation": "left",

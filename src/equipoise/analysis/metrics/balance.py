@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from equipoise.analysis.metrics.base import Metric, least
+from equipoise.analysis.metrics.base import Found, Metric, least
 from equipoise.analysis.run_context import RunContext
 
 
-def _com_margin(context: RunContext) -> float | None:
-    return least([context.run["com_margin"]])
+def _com_margin(context: RunContext) -> Found | None:
+    return least([context.run["com_margin"][:, 0]], ["com"])
 
 
-def _reaction(kind: str) -> Callable[[RunContext], float | None]:
-    return lambda context: least(context.margins(kind))
+def _reaction(kind: str) -> Callable[[RunContext], Found | None]:
+    def compute(context: RunContext) -> Found | None:
+        margins = context.margins(kind)
+        return least(list(margins.values()), list(margins))
+
+    return compute
 
 
 def _violation(context: RunContext) -> float:

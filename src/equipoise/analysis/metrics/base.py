@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,15 @@ from equipoise.spatial import Array, Mask
 POSITION, ANGLE = slice(0, 3), slice(3, 6)  # of a pose error
 
 
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A value with its place: `series` (N,) over the ticks, and `names` (N,) of whose it is."""
+
+    value: float
+    series: Array | None = None
+    names: Sequence[str] = ()
+
+
 @dataclass(frozen=True)
 class Metric:
     """A named number: its unit, what it says, and how it is computed (None: does not apply)."""
@@ -20,7 +29,7 @@ class Metric:
     name: str
     unit: str
     doc: str
-    compute: Callable[[RunContext], float | None]
+    compute: Callable[[RunContext], float | Found | None]
 
 
 def largest(arrays: list[Array], keep: Mask) -> float | None:
@@ -29,12 +38,23 @@ def largest(arrays: list[Array], keep: Mask) -> float | None:
         return None
     if not keep.any():
         return np.inf
-    return max(float(np.abs(a[keep]).max()) for a in arrays)
+    return float(np.max([np.abs(a[keep]).max() for a in arrays]))
 
 
-def least(arrays: list[Array]) -> float | None:
-    """Return the least value of all, None without arrays."""
-    return min(float(a.min()) for a in arrays) if arrays else None
+def least(columns: Sequence[Array], names: Sequence[str]) -> Found | None:
+    """Return the least of columns (N,) with the name of each, None without any; NaN counts."""
+    return _extreme(np.column_stack(columns), names, np.argmin) if columns else None
+
+
+def most(columns: Sequence[Array], names: Sequence[str]) -> Found | None:
+    """Return the most of columns (N,) with the name of each, None without any; NaN counts."""
+    return _extreme(np.column_stack(columns), names, np.argmax) if columns else None
+
+
+def _extreme(table: Array, names: Sequence[str], choose: Callable[..., Array]) -> Found:
+    which = choose(table, axis=1)  # numpy takes a NaN for both the least and the most
+    series = table[np.arange(len(table)), which]
+    return Found(float(series[choose(series)]), series, [names[k] for k in which])
 
 
 def lengths(errors: list[Array], part: slice) -> list[Array]:

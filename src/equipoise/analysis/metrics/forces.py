@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.analysis.metrics.base import Metric, rms
+from equipoise.analysis.metrics.base import Found, Metric, least, rms
 from equipoise.analysis.run_context import RunContext
+from equipoise.contacts import GraspContact
+from equipoise.scenarios import schema
 from equipoise.spatial import Array
 
 
@@ -60,7 +62,27 @@ def _creep(context: RunContext) -> float | None:
     return max(paths, default=None)
 
 
+def _surface_normal(context: RunContext) -> Found | None:
+    """Return the least force at surfaces and pushed faces, which cannot pull."""
+    kinds = schema.SurfaceContactSpec | schema.PushContactSpec
+    names = [name for name, spec in context.scenario.contacts.items() if isinstance(spec, kinds)]
+    return least([context.run[f"lam/{name}"][:, 0] for name in names], names)
+
+
+def _grasp_squeeze(context: RunContext) -> Found | None:
+    """Return the least squeeze of grasps whose palms face each other, or that regulate it."""
+    columns, names = [], []
+    for contact in context.setup.contacts.contacts:
+        if isinstance(contact, GraspContact) and (contact.one_sided & {"fz"}):
+            column = context.run.channels[f"lam/{contact.name}"].labels.index("fz")
+            columns.append(context.run[f"lam/{contact.name}"][:, column])
+            names.append(contact.name)
+    return least(columns, names)
+
+
 METRICS = (
+    Metric("surface_normal", "N", "least force at a surface or pushed object", _surface_normal),
+    Metric("grasp_squeeze", "N", "least squeeze of a held object", _grasp_squeeze),
     Metric("force_error_rms", "N", "regulated contact force, RMS, settled", _force_rms),
     Metric(
         "force_error_share",

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from equipoise.analysis.metrics.base import Metric
-from equipoise.analysis.metrics.clearance import least_clearance
+from equipoise.analysis.metrics.base import Found, Metric, least, most
+from equipoise.analysis.metrics.clearance import Clearance, least_clearance, touching_pairs
 from equipoise.analysis.run_context import RunContext
 from equipoise.scenarios import schema
+
+REST = 0.01  # [s] without a clamped torque after which a new stretch begins
 
 
 def _torque_step(context: RunContext) -> float | None:
@@ -29,24 +32,60 @@ def _security_shortfall(context: RunContext) -> float | None:
     return max(shortfalls, default=None)
 
 
-def _clearance(context: RunContext) -> float | None:
-    found = least_clearance(context.run, context.setup)
-    return found.distance if found is not None else None
+def _clearance(context: RunContext) -> Found | None:
+    return _sampled(least_clearance(context.run, context.setup), context)
 
 
-def _joint_margin(context: RunContext) -> float:
+def _touch_depth(context: RunContext) -> Found | None:
+    touching = least_clearance(context.run, context.setup, touching_pairs)
+    if touching is None:
+        return None
+    deepest = replace(touching, distance=-touching.distance, distances=-touching.distances)
+    return _sampled(deepest, context)
+
+
+def _sampled(clearance: Clearance | None, context: RunContext) -> Found | None:
+    """Return distances at some ticks as a series in which the ticks between are as those before."""
+    if clearance is None:
+        return None
+    where = np.searchsorted(clearance.ticks, np.arange(len(context.run.t)), side="right") - 1
+    names = [clearance.pairs[k] for k in where]
+    return Found(clearance.distance, clearance.distances[where], names)
+
+
+def _joint_margin(context: RunContext) -> Found | None:
     robot = context.setup.robot
     q = context.run["q"][:, robot.nq_base :]
-    return float(np.minimum(q - robot.q_min, robot.q_max - q).min())
+    return least(list(np.minimum(q - robot.q_min, robot.q_max - q).T), robot.joint_names)
 
 
-def _velocity_share(context: RunContext) -> float:
+def _velocity_share(context: RunContext) -> Found | None:
     robot = context.setup.robot
-    return float((np.abs(context.run["v"][:, robot.nv_base :]) / robot.v_max).max())
+    speeds = np.abs(context.run["v"][:, robot.nv_base :]) / robot.v_max
+    return most(list(speeds.T), robot.joint_names)
 
 
-def _torque_share(context: RunContext) -> float:
-    return float((np.abs(context.run["tau"]) / context.setup.robot.tau_max).max())
+def _torque_share(context: RunContext) -> Found | None:
+    robot = context.setup.robot
+    return most(list((np.abs(context.run["tau"]) / robot.tau_max).T), robot.joint_names)
+
+
+def _clamped_longest(context: RunContext) -> Found:
+    """For how long [s] a torque stood at its limit without a rest, as it grows tick by tick.
+
+    A rest is at least `REST` long: a torque that flips from limit to limit has none.
+    """
+    clamped, t = context.run["status"][:, 0] >= 1.0, context.run.t
+    period = context.scenario.control.period
+    series, began, last = np.zeros(len(t)), 0.0, -np.inf
+    for k in np.flatnonzero(clamped):
+        if t[k] - last > REST:
+            began = t[k]
+        last = t[k]
+        series[k] = t[k] - began + period
+    robot = context.setup.robot
+    worst = np.argmax(np.abs(context.run["tau"]) / robot.tau_max, axis=1)
+    return Found(float(series.max()), series, [robot.joint_names[j] for j in worst])
 
 
 def _status_count(column: int, code: float) -> Callable[[RunContext], float]:
@@ -57,12 +96,16 @@ METRICS = (
     Metric("torque_step", "", "largest change of a torque in a tick, by its limit", _torque_step),
     Metric("clearance", "m", "least distance of any pair of bodies, every 10th tick", _clearance),
     Metric(
+        "touch_depth", "m", "how far a link is inside of what its contact touches", _touch_depth
+    ),
+    Metric(
         "security_shortfall", "m", "worst intrusion into a security distance", _security_shortfall
     ),
     Metric("joint_margin", "rad", "least distance to a joint position limit", _joint_margin),
     Metric("velocity_share", "", "largest share of a joint velocity limit", _velocity_share),
     Metric("torque_share", "", "largest share of a torque limit", _torque_share),
     Metric("saturated_ticks", "", "ticks with a clamped torque or worse", _status_count(0, 1.0)),
+    Metric("clamped_longest", "s", "longest time with a clamped torque or worse", _clamped_longest),
     Metric("held_ticks", "", "ticks on which the last torque was kept", _status_count(0, 2.0)),
     Metric("unsolved_ticks", "", "ticks with an unsolved hierarchy", _status_count(1, 1.0)),
 )

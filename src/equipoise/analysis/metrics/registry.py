@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from equipoise.analysis.metrics import balance, ending, forces, limits, objects, tracking
-from equipoise.analysis.metrics.base import Metric
+from equipoise.analysis.metrics.base import Found, Metric
 from equipoise.analysis.run_context import RunContext
 
 METRICS: dict[str, Metric] = {
@@ -19,11 +19,16 @@ RENAMED = {
 }
 
 
-def compute_metrics(context: RunContext) -> dict[str, float]:
-    """Return every metric that applies to the run, by name."""
+def find_metrics(context: RunContext) -> dict[str, Found]:
+    """Return every metric that applies to the run, by name, with its place in the run."""
     values = {}
     for metric in METRICS.values():
         value = metric.compute(context) if len(context.run.t) else None
         if value is not None:
-            values[metric.name] = float(value)
+            values[metric.name] = value if isinstance(value, Found) else Found(float(value))
     return values
+
+
+def compute_metrics(context: RunContext) -> dict[str, float]:
+    """Return every metric that applies to the run, by name."""
+    return {name: found.value for name, found in find_metrics(context).items()}

@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from importlib.resources import files
@@ -21,10 +21,10 @@ from equipoise.analysis.report.tables import metrics_table, properties
 from equipoise.analysis.run_context import RunContext
 from equipoise.errors import EquipoiseError, InputError, RunLogError
 from equipoise.runlog import Run, load_run
-from equipoise.runlog.writer import LOG_NAME
+from equipoise.runlog.folders import LOG_NAME
 
 MOST_TICKS = 50_000  # of a longer run every so-many-th tick is read for the replay
-_OWN_SECTIONS = {"metrics", "scenario", "title", "passed", "versions"}
+_OWN_SECTIONS = {"impossible", "metrics", "scenario", "title", "passed", "versions"}
 
 
 @dataclass(frozen=True)
@@ -40,17 +40,22 @@ class Exhibit:
     notes: list[str] = field(default_factory=list)
 
 
-def make_report(runs: Sequence[Path | str], out: Path | str) -> Path:
+def make_report(
+    runs: Sequence[Path | str], out: Path | str, *, told: Callable[[str], None] | None = None
+) -> Path:
     """Write a report of these run folders into the file `out` and return its path.
 
     Figures that lie in a run's folder are taken from there, others are drawn. A run that broke
-    off, or has no summary, is shown as far as it goes.
+    off, or has no summary, is shown as far as it goes; `told` is given what is wrong with its log.
     Raises: `RunLogError` if a run cannot be read or the file not be written.
     """
     if not runs:
         raise InputError("a report needs at least one run", remedy="Give the folder of a run")
     blobs = Blobs()
     exhibits = [_exhibit(Path(path), blobs) for path in runs]
+    for exhibit in exhibits:
+        if told is not None and exhibit.run.note:
+            told(exhibit.run.note)
     out = Path(out)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -73,6 +78,7 @@ def _exhibit(path: Path, blobs: Blobs) -> Exhibit:
         replay = export_replay(run, context.scenario, context.setup, blobs)
     if not summary and context.known:
         summary = _judged(run, context, notes)
+    notes += [f"Impossible: {fault}." for fault in summary.get("impossible") or ()]
     title = str(summary.get("title") or run.info.get("scenario") or run.folder.name)
     return Exhibit(run, path, title, summary, _figures(run, notes), replay, notes)
 
@@ -147,15 +153,15 @@ def _page(exhibits: Sequence[Exhibit], blobs: Blobs) -> str:
 
 
 def _replays(exhibits: Sequence[Exhibit]) -> str:
-    cells = []
+    """Return picture, controls and notes, in this order: the first two fit on a screen."""
+    cells, notes = [], []
     for i, exhibit in enumerate(exhibits):
         verdict = _verdict(exhibit)
         told = (*exhibit.notes, modes_sentence(exhibit.run), status_sentence(exhibit.run))
-        notes = "".join(f'<p class="soft">{escape(note)}</p>' for note in told if note)
+        said = "".join(f'<p class="soft">{escape(note)}</p>' for note in told if note)
+        notes.append(f"<section>{said}</section>")
         canvas = f'<canvas id="replay{i}"></canvas>' if exhibit.replay is not None else ""
-        cells.append(
-            f"<section><h3>{escape(_name(exhibit))} {verdict}</h3>{canvas}{notes}</section>"
-        )
+        cells.append(f"<section><h3>{escape(_name(exhibit))} {verdict}</h3>{canvas}</section>")
     controls = (
         '<div class="controls"><button id="play">Play</button>'
         '<input id="time" type="range" aria-label="time"><output id="shown"></output></div>'
@@ -163,7 +169,8 @@ def _replays(exhibits: Sequence[Exhibit]) -> str:
         "the floor on each sole, 1 m is 1000 N.</p>"
     )
     shown = controls if any(exhibit.replay is not None for exhibit in exhibits) else ""
-    return f'<h2>What was run</h2><div class="runs">{"".join(cells)}</div>{shown}'
+    pictures = f'<h2>What was run</h2><div class="runs">{"".join(cells)}</div>{shown}'
+    return f'{pictures}<div class="runs">{"".join(notes)}</div>'
 
 
 def _verdict(exhibit: Exhibit) -> str:

@@ -55,6 +55,10 @@ def _cells(row: Mapping[str, Any] | None) -> str:
     look = _LOOKS.get(row.get("passed"), "number")
     bounds = row.get("wanted") or {}
     wanted = ", ".join(f"{_SIGNS.get(k, k)} {quantity(bounds[k], unit)}" for k in bounds)
+    always = row.get("loosened") or {}
+    if always:
+        usual = ", ".join(f"{_SIGNS.get(k, k)} {quantity(always[k], unit)}" for k in always)
+        wanted += f" (loosened from {usual})"
     achieved = escape(quantity(row.get("value"), unit))
     return f'<td class="{look}">{achieved}</td><td>{escape(wanted)}</td>'
 

@@ -9,6 +9,7 @@ import numpy as np
 from equipoise.control.passivity.sign import SignFunction
 from equipoise.errors import InputError
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_array, real_number
 
 
 @dataclass(frozen=True)
@@ -53,11 +54,11 @@ class ControlGains:
         for name in ("alpha", "beta_p", "beta", "beta_F", "mu", "eta", "integral_max", "handover"):
             self._require_positive(name)
         for name in ("k_ip", "k_iF"):
-            value = getattr(self, name)
+            value = real_number(f"gain {name}", getattr(self, name), finite=False)
             if not (np.isfinite(value) and value >= 0.0):
                 raise InputError(f"gain {name} must be finite and not negative", given=value)
             object.__setattr__(self, name, float(value))
-        K_d = np.asarray(self.K_d, dtype=float)
+        K_d = real_array("gain K_d", self.K_d, None, finite=False)
         if not np.isfinite(K_d).all():
             raise InputError("gain K_d holds a NaN or an infinity")
         if K_d.ndim < 2 and not (K_d > 0.0).all():
@@ -66,7 +67,7 @@ class ControlGains:
             self._require_positive_definite(K_d)
 
     def _require_positive(self, name: str) -> None:
-        value = getattr(self, name)
+        value = real_number(f"gain {name}", getattr(self, name), finite=False)
         if not (np.isfinite(value) and value > 0.0):
             raise InputError(f"gain {name} must be finite and positive", given=value)
         object.__setattr__(self, name, float(value))

@@ -13,6 +13,7 @@ import numpy as np
 from equipoise.compiled import entrance
 from equipoise.compiled.workspace import Workspace, part_of
 from equipoise.contacts import ContactStack
+from equipoise.contacts.pull import least_regulated, least_wanted, refuse_pull
 from equipoise.control.base_wrench.bounded import ReactionBounds
 from equipoise.control.interface import (
     Command,
@@ -20,6 +21,7 @@ from equipoise.control.interface import (
     ControlStatus,
     Measurement,
     Reference,
+    time_of,
     write_vector,
 )
 from equipoise.control.passivity.gains import ControlGains, require_gains
@@ -149,6 +151,8 @@ class PassivityController:
         gains, law = self._gains, self.law
         k, r = contacts.regulated_rows.size, contacts.size
         self._lam, self._lam_ref = law.lam[:r], law.lam_ref[:k]
+        self._least = least_wanted(self.contacts.contacts)
+        self._least_ref = least_regulated(self.contacts.contacts)
         self.posture = PostureManifold(
             self.robot.nv, alpha=gains.alpha, beta_p=gains.beta_p, k_ip=gains.k_ip,
             sgn=gains.sgn_p, bound=gains.integral_max, inside=(law.posture, law.clock, T_POSTURE),
@@ -279,8 +283,10 @@ class PassivityController:
     def step(self, t: float, measured: Measurement, reference: Reference) -> Command:
         """Return the torque at time `t` [s]. Never raises on values, never exceeds a limit.
 
-        Raises: `ShapeError` if an array has the wrong shape, `InputError` if it holds no numbers.
+        Raises: `ShapeError` if an array has the wrong shape, `InputError` if it holds no numbers,
+        or if a contact that can only push is wanted to pull.
         """
+        t = time_of(t)
         self._write(measured, reference)
         if self.asks_python:
             code = self._in_two(t)
@@ -296,6 +302,9 @@ class PassivityController:
         write_vector("reference q_ref", reference.q_ref, law.q_ref)
         write_vector("reference v_ref", reference.v_ref, law.v_ref)
         write_vector("reference lam_ref", reference.lam_ref, self._lam_ref)
+        if (self._lam_ref < self._least_ref).any():
+            for (row, least), wanted in zip(self._least.items(), self._lam_ref, strict=True):
+                refuse_pull(row, least, float(wanted))
 
     def _in_two(self, t: float) -> int:
         """Run a tick whose contacts are asked from Python."""

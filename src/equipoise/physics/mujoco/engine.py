@@ -9,9 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.contacts import ContactStack
-from equipoise.errors import InputError
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.physics.engine import PhysicsState
+from equipoise.physics.engine import PhysicsState, checked_torque
 from equipoise.physics.mujoco.contact_forces import ContactForces
 from equipoise.physics.mujoco.health import HealthCheck, silence_log_file
 from equipoise.physics.mujoco.library import load_mujoco
@@ -23,7 +22,7 @@ from equipoise.physics.mujoco.simulated_objects import SimulatedObjects
 from equipoise.physics.pushed_object import PushedObject, PushedObjectMode, PushedObjectState
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import require_period
+from equipoise.spatial.numbers import real_period, real_vector
 
 OPENING_ERROR = 1e-9  # [s]
 
@@ -54,7 +53,7 @@ class MujocoEngine:
         pushed: Mapping[PushedObject, tuple[str, Array]] | None = None,
         v_start: Array | None = None,
     ) -> None:
-        control_dt = require_period(control_dt)
+        control_dt = real_period("the control period", control_dt)
         self.mujoco = load_mujoco()
         silence_log_file(self.mujoco)
         self.options = options or MujocoOptions()
@@ -66,7 +65,8 @@ class MujocoEngine:
         self._pushed = dict(pushed or {})
         self.sliders = {slider: PushedObjectState() for slider in self._pushed}
         self._evaluator = KinematicsEvaluator(robot)
-        v = np.zeros(robot.nv) if v_start is None else np.array(v_start, dtype=float)
+        q_start = real_vector("q_start", q_start, robot.nq)
+        v = np.zeros(robot.nv) if v_start is None else real_vector("v_start", v_start, robot.nv)
         self.model = build_model(
             self.mujoco,
             robot,
@@ -111,10 +111,10 @@ class MujocoEngine:
     def step(self, tau: Array) -> PhysicsState:
         """Advance by one control period with `tau` (na,) [N m] held; return the new state.
 
-        Raises: `EngineWarningError` if MuJoCo warned, reset itself or lost a number.
+        Raises: `InputError` for what is no finite torque, before anything moves;
+        `EngineWarningError` if MuJoCo warned, reset itself or lost a number.
         """
-        if tau.shape != (self.robot.na,):
-            raise InputError(f"tau needs {self.robot.na} entries", given=tau.shape)
+        tau = checked_torque(tau, self.robot.na)
         period, simulated, compiled = self._period, self.simulated, self.model.compiled
         mj_step, t, fine = self.mujoco.mj_step, self._ticks * self._control_dt, True
         self.objects.let_go(t + OPENING_ERROR)

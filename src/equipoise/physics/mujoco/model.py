@@ -7,6 +7,7 @@ from types import ModuleType
 from typing import Any
 
 from equipoise.contacts import ContactStack
+from equipoise.errors import InputError, one_line
 from equipoise.kinematics import Kinematics
 from equipoise.physics.mujoco.contact_pads import PadSensor, add_floor, add_pad_bodies, add_pads
 from equipoise.physics.mujoco.conversion import StateConversion
@@ -68,7 +69,13 @@ def build_model(
         add_fixed(mujoco, spec, body)
     for loose in surroundings.loose:
         add_loose(mujoco, spec, loose, robot, pads, options)
-    compiled = spec.compile()
+    try:
+        compiled = spec.compile()
+    except (ValueError, RuntimeError, TypeError, mujoco.FatalError) as error:
+        raise InputError(
+            f"MuJoCo cannot be given robot {robot.name} in this world: {one_line(error)}",
+            remedy="Look for masses, inertias or sizes far from those of real bodies",
+        ) from error
     return MujocoModel(
         compiled, _conversion(compiled, robot), tuple(PadSensor(f) for f in pads), spec
     )

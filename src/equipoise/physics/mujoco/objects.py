@@ -9,6 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.collision.scene import Body
+from equipoise.errors import InputError
+from equipoise.spatial.numbers import real_array, real_number
+from equipoise.spatial.poses import rigid
 
 Grip = Literal["rigid", "friction"]
 
@@ -34,6 +37,19 @@ class LooseObject:
     viscosity: float = 0.0
     release: float = np.inf
     handed_over: float = 0.5
+
+    def __post_init__(self) -> None:
+        what = f"loose object {self.body.name!r}"
+        rigid(f"the start of {what}", self.T_world_start)
+        for _, T in self.handles:
+            rigid(f"a handle of {what}", T)
+        for name in ("mass", "friction", "viscosity"):
+            value = real_number(f"the {name} of {what}", getattr(self, name))
+            if not value >= 0.0:
+                raise InputError(f"the {name} of {what} must not be negative", given=value)
+        for mass, point in self.payloads:
+            real_number(f"a payload of {what}", mass)
+            real_array(f"the place of a payload of {what}", point, (3,))
 
     @property
     def let_go(self) -> float:

@@ -56,6 +56,14 @@ def add_loose(
         geom.priority = 1
     for k, (frame, T_object_frame) in enumerate(loose.handles):
         frame_id = robot.frame_id(frame)
+        if frame_id not in pads:
+            names = (robot.model.frames[known].name for known in pads)
+            raise InputError(
+                f"the loose object {loose.name!r} is held by a frame that no contact acts at",
+                given=frame,
+                known=names,
+                remedy="Add the grasp to the contacts",
+            )
         pad = pads[frame_id]
         _weld(mujoco, spec, weld_name(loose.name, k), loose, frame_id, T_object_frame, options)
         if loose.grip == "rigid":

@@ -20,13 +20,13 @@ from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics.kernels import state_shapes
 from equipoise.kinematics.state import Kinematics, KinematicsMemory
 from equipoise.kinematics.tree import fill_tree, tree_of
-from equipoise.physics.engine import DivergedError, PhysicsState
+from equipoise.physics.engine import DivergedError, PhysicsState, checked_torque
 from equipoise.physics.pushed_object import PushedObject, PushedObjectMode, PushedObjectState
 from equipoise.physics.rigid.kernels import accelerate, look, solve
 from equipoise.physics.rigid.memory import SINGULAR, SLIP, VIOLATION, dynamics_shapes
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import not_negative, real_vector, require_period
+from equipoise.spatial.numbers import not_negative, real_period, real_vector
 
 PLACE, ROWS = 1, 2
 _MODES = (PushedObjectMode.FREE, PushedObjectMode.STICK, PushedObjectMode.SLIP)
@@ -83,7 +83,7 @@ class RigidContactEngine:
         pushed: Sequence[PushedObject] = (),
     ) -> None:
         options = options or RigidOptions()
-        control_dt = require_period(control_dt)
+        control_dt = real_period("the control period", control_dt)
         self.robot, self.contacts = robot, contacts
         self.h, self.substeps = control_dt / options.substeps, options.substeps
         self.sliders = {one: PushedObjectState() for one in pushed}
@@ -141,9 +141,12 @@ class RigidContactEngine:
     def step(self, tau: Array) -> PhysicsState:
         """Advance by one control period with `tau` (na,) [N m] held; return the new state.
 
-        Raises: `DivergedError` if the state is no longer finite.
+        Raises: `InputError` for what is no finite torque, before anything moves; `DivergedError` if
+        the state is no longer finite; it then stays what it was.
         """
-        work, base = self._work, self.robot.nv_base
+        tau = checked_torque(tau, self.robot.na)
+        work, base, state = self._work, self.robot.nv_base, self._state
+        last = state.q.copy(), state.v.copy()
         work.force[:] = self.external
         work.force[base:] += tau
         work.total[:] = 0.0
@@ -153,6 +156,7 @@ class RigidContactEngine:
             self._look()
             self._solve()
             if not math.isfinite(accelerate(*self._entrance, True)):
+                state.q[:], state.v[:] = last
                 raise DivergedError(
                     f"the simulation diverged at t = {self._t:.3f} s; lower K_d or the step"
                 )

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import combinations
+from pathlib import Path
 from xml.etree import ElementTree
 
 import coal
 import pinocchio as pin
 
-from equipoise.errors import RobotFileError
+from equipoise.errors import RobotFileError, one_line
+from equipoise.robots.files.finding import WARNING, Finding
+from equipoise.robots.hulls import Hull, hull_of, is_mesh
 
 ROOT_JOINT = "root_joint"
+MUCH = 1.5  # times the volume of a mesh that its convex hull may have without a word
 
 
 def build_model(tree: ElementTree.Element) -> pin.Model:
@@ -23,7 +27,7 @@ def build_model(tree: ElementTree.Element) -> pin.Model:
     try:
         return pin.buildModelFromXML(text, pin.JointModelFreeFlyer(), ROOT_JOINT)
     except (RuntimeError, ValueError, ArithmeticError) as error:
-        raise RobotFileError(f"Pinocchio cannot build the model: {error}") from error
+        raise RobotFileError(f"Pinocchio cannot build the model: {one_line(error)}") from error
 
 
 def build_geometry(
@@ -37,13 +41,43 @@ def build_geometry(
     try:
         geometry = pin.buildGeomFromUrdfString(model, text, kind)
     except (RuntimeError, ValueError, ArithmeticError) as error:
-        raise RobotFileError(f"Pinocchio cannot build the shapes: {error}") from error
+        raise RobotFileError(f"Pinocchio cannot build the shapes: {one_line(error)}") from error
     if as_capsules:
         for shape in geometry.geometryObjects:
             if isinstance(shape.geometry, coal.Cylinder):
                 cylinder = shape.geometry
                 shape.geometry = coal.Capsule(cylinder.radius, 2.0 * cylinder.halfLength)
     return geometry
+
+
+def take_hulls(model: pin.Model, geometry: pin.GeometryModel) -> list[Finding]:
+    """Put convex hulls in place of the meshes; warn where much of the free space is lost by that.
+
+    Raises: RobotFileError for a mesh without corners, or not of finite numbers.
+    """
+    findings: list[Finding] = []
+    hulls: dict[tuple[object, ...], Hull] = {}
+    for shape in geometry.geometryObjects:
+        if not is_mesh(shape.geometry):
+            continue
+        key = (shape.meshPath, tuple(shape.meshScale))
+        hull = hulls.get(key)
+        if hull is None:
+            hull = hulls[key] = hull_of(shape)
+        shape.geometry = hull.shape
+        if hull.mesh_volume is not None and hull.volume > MUCH * hull.mesh_volume:
+            times = hull.volume / max(hull.mesh_volume, 1e-12)
+            findings.append(
+                Finding(
+                    WARNING,
+                    f"link {link_of(model, shape)!r}, collision",
+                    "the mesh is taken as its convex hull, which has "
+                    f"{times:.3g} times its volume: the hollows count as solid",
+                    remedy="Cut it into convex pieces if something is to reach into them",
+                    given=Path(shape.meshPath).name,
+                )
+            )
+    return findings
 
 
 def link_of(model: pin.Model, shape: pin.GeometryObject) -> str:

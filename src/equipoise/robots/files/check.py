@@ -7,11 +7,9 @@ from pathlib import Path
 
 from equipoise.errors import InputError
 from equipoise.robots.files.check_tree import check_tree
-from equipoise.robots.files.finding import ERROR, WARNING, Finding
+from equipoise.robots.files.finding import ERROR, Finding
 from equipoise.robots.files.source import find_source
-from equipoise.robots.files.srdf import read_srdf
-from equipoise.robots.load import load_robot
-from equipoise.robots.robot import Robot
+from equipoise.robots.load import load_and_check
 
 
 def check_urdf(
@@ -34,25 +32,9 @@ def check_urdf(
     if any(finding.severity == ERROR for finding in findings):
         return findings
     try:
-        robot = load_robot(
+        _, findings = load_and_check(
             path, srdf_path=srdf_path, extras_path=extras_path, package_dirs=package_dirs
         )
     except InputError as error:
         return [*findings, Finding(ERROR, urdf.name, str(error))]
-    findings += _unknown_links(source.srdf, robot)
-    if not robot.soles:
-        remedy = f"List the soles in {source.yaml.name}"
-        findings.append(Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy))
     return findings
-
-
-def _unknown_links(srdf: Path | None, robot: Robot) -> list[Finding]:
-    """Warn of disabled collision pairs with a link that does not exist: they disable nothing."""
-    if srdf is None:
-        return []
-    pairs = read_srdf(srdf).disabled_pairs
-    unknown = sorted({link for pair in pairs for link in pair} - set(robot.frame_names))
-    return [
-        Finding(WARNING, f"{srdf.name}, link {link!r}", "no such link", "Correct its name")
-        for link in unknown
-    ]

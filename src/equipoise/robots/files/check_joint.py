@@ -20,6 +20,7 @@ MOVING = {"revolute": ("rad", "N m"), "prismatic": ("m", "N")}
 KNOWN = (*MOVING, "fixed")
 CHILDREN = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")
 UNUSED = ("safety_controller", "calibration")
+FOR_OTHERS = ("dont_collapse",)  # MuJoCo reads it
 LARGEST_ANGLE = 4 * math.pi  # [rad]; a wider limit is likely in degrees
 
 
@@ -27,7 +28,7 @@ def check_joint(report: Report, node: Node, name: str, parent: str, child: str) 
     """Check a joint and return a clean copy."""
     place = f"joint {name!r}"
     kind = node.get("type", "")
-    warn_unknown(report, node, place, ("name", "type"), (*CHILDREN, *UNUSED))
+    warn_unknown(report, node, place, ("name", "type", *FOR_OTHERS), (*CHILDREN, *UNUSED))
     clean = element("joint", name=name, type=kind)
     clean.append(element("parent", link=parent))
     clean.append(element("child", link=child))

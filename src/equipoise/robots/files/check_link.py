@@ -67,7 +67,6 @@ def _check_inertial(report: Report, node: Node, place: str, clean: Node) -> Chec
     if mass is None or len(terms) < len(read):
         return CheckedLink(clean)
     if mass == 0.0 and not any(terms):
-        report.warning(node, place, "an <inertial> without mass", remedy="Leave it out")
         return CheckedLink(clean)
     if mass <= 0.0:
         report.error(

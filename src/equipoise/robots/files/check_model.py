@@ -6,12 +6,12 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.robots.files.finding import ERROR, Finding
+from equipoise.robots.files.values import LIMIT_SLACK
 from equipoise.robots.robot import NQ_BASE, NV_BASE
 
 # Smallest eigenvalue of the inertia matrix scaled to a unit diagonal; below it the matrix is
 # singular to double precision (about 50 coordinates times 2e-16, with a margin).
 SMALLEST_EIGENVALUE = 1e-12
-LIMIT_SLACK = 1e-6  # [rad or m], the rounding of limits printed with six decimals
 
 
 def check_model(model: pin.Model, q_half_sitting: np.ndarray) -> list[Finding]:

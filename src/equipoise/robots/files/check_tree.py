@@ -6,8 +6,10 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from equipoise.errors import quoted
 from equipoise.robots.files.check_joint import MOVING, check_joint
 from equipoise.robots.files.check_link import CheckedLink, check_link, read_colour
+from equipoise.robots.files.check_top import check_top
 from equipoise.robots.files.description import Node
 from equipoise.robots.files.finding import Finding
 from equipoise.robots.files.meshes import MeshFolders
@@ -16,6 +18,7 @@ from equipoise.robots.files.values import Report, element, only_child
 MAX_JOINTS = 500  # Pinocchio crashes on very long chains (seen with 5,000 joints)
 MAX_DEPTH = 200
 MAX_NAME = 200
+HEAVIEST, HEAVIEST_ROBOT, LIGHTEST = 500.0, 2000.0, 1e-5  # [kg] beyond these a mass is absurd
 RESERVED = ("universe", "root_joint")
 
 
@@ -28,6 +31,10 @@ def check_tree(
     exactly and mesh paths made absolute. Use it only if no finding is an error.
     """
     report = Report()
+    check_top(report, tree)
+    own = tree.get("name", "")
+    if not own.isprintable() or len(own) > MAX_NAME:
+        report.error(tree, "robot", "its name is not printable, or too long", given=own)
     links = _named(report, tree, "link")
     joints = _named(report, tree, "joint")
     if len(joints) > MAX_JOINTS:
@@ -67,7 +74,9 @@ def _named(report: Report, tree: Node, tag: str) -> dict[str, Node]:
     for node in nodes:
         name = node.get("name", "")
         if counts.pop(name, 0) > 1:
-            report.error(node, f"{tag} {name!r}", "the name is given twice", remedy="Rename one")
+            report.error(
+                node, f"{tag} {quoted(name)}", "the name is given twice", remedy="Rename one"
+            )
     if tag == "link" and not nodes:
         report.error(tree, "robot", "there is no link")
     return {node.get("name", ""): node for node in nodes}
@@ -152,14 +161,27 @@ def _check_moving_masses(
             carrier = fixed_parent[carrier]
         if link.mass > 0.0:
             carried[carrier].append(link)
+    for name, link in checked.items():
+        if link.mass > HEAVIEST:
+            _warn_of_mass(report, links[name], f"link {name!r}", link.mass)
+    total = sum(link.mass for link in checked.values())
+    if total > HEAVIEST_ROBOT:
+        _warn_of_mass(report, links[next(iter(links))], "robot", total)
     for name, masses in carried.items():
         place = f"link {name!r}"
+        if masses and (mass := sum(one.mass for one in masses)) < LIGHTEST:
+            _warn_of_mass(report, links[name], place, mass)
         if not masses:
             remedy = "Add an <inertial>, or make its joint fixed"
             report.error(links[name], place, "a moving link without mass", remedy=remedy)
         elif len(masses) == 1 and not masses[0].has_full_inertia:
             remedy = "Give the principal moments of a body with extent in all directions"
             report.error(links[name], place, "the inertia is not positive definite", remedy=remedy)
+
+
+def _warn_of_mass(report: Report, node: Node, place: str, mass: float) -> None:
+    remedy = "Masses are in kg: convert them if these are grams or tonnes"
+    report.warning(node, place, f"an absurd mass: {mass:g} kg", remedy=remedy)
 
 
 def _colours(report: Report, tree: Node) -> dict[str, tuple[float, ...]]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-from equipoise.errors import RobotFileError
+from equipoise.errors import RobotFileError, quoted
 
 MAX_BYTES = 20_000_000
 MAX_NESTING = 64
@@ -97,8 +97,8 @@ def _read_bytes(path: Path) -> bytes:
             raise RobotFileError(f"There is no file {path}", remedy="Give the path of a URDF file")
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise RobotFileError(f"Cannot read {path}: {error}") from error
+    except (OSError, ValueError) as error:
+        raise RobotFileError(f"Cannot read {quoted(str(path))}: {error}") from error
     if len(content) > MAX_BYTES:
         raise RobotFileError(
             f"{path} is larger than {MAX_BYTES // 1_000_000} MB",

@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
-from ruamel.yaml import YAML
-from ruamel.yaml.constructor import DuplicateKeyError
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from equipoise.errors import RobotFileError
+from equipoise.bounded_yaml import BadYamlError, load_yaml
+from equipoise.errors import RobotFileError, one_line
 from equipoise.robots.files.extras_schema import Extras
 
 MAX_EXTRAS_BYTES = 1_000_000
@@ -40,37 +38,25 @@ def read_extras(path: Path) -> Extras:
 
 def _read_yaml(path: Path) -> object:
     try:
+        if not path.is_file():
+            raise RobotFileError(f"There is no file {path}", remedy="Give the path of a YAML file")
         if path.stat().st_size > MAX_EXTRAS_BYTES:
             raise RobotFileError(f"{path} is larger than {MAX_EXTRAS_BYTES} bytes")
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise RobotFileError(f"Cannot read the extras file {path}: {error}") from error
-    reader = YAML(typ="rt", pure=True)
-    reader.version = (1, 2)
+    except (OSError, ValueError) as error:
+        raise RobotFileError(f"Cannot read the extras file {path}: {one_line(error)}") from error
     try:
-        return reader.load(text)
-    except DuplicateKeyError as error:
-        raise RobotFileError(
-            f"{path}, line {_line(error)}: a key is given twice", remedy="Keep one of the two"
-        ) from error
-    except MarkedYAMLError as error:
-        raise RobotFileError(
-            f"{path}, line {_line(error)}: not valid YAML: {error.problem or error.context}"
-        ) from error
-    except (YAMLError, ValueError, RecursionError) as error:
-        raise RobotFileError(f"{path}: not valid YAML: {error}") from error
-
-
-def _line(error: MarkedYAMLError) -> int | str:
-    mark = error.problem_mark or error.context_mark
-    return "?" if mark is None else mark.line + 1
+        return load_yaml(text)
+    except BadYamlError as error:
+        where = f"{path}, line {error.line}" if error.line is not None else f"{path}"
+        raise RobotFileError(f"{where}: {error.problem}", remedy=error.remedy) from error
 
 
 def _explained(path: Path, tree: object, error: ValidationError) -> RobotFileError:
     """Turn pydantic's first complaint into a sentence with line and known keys."""
     complaints = error.errors()
     first = complaints[0]
-    where = ".".join(str(part) for part in first["loc"]) or "the file"
+    where = ".".join(str(part) for part in first["loc"] if part != "SourceEntry") or "the file"
     known: Iterable[str] = _schema_at(first["loc"]).model_fields
     problem, given, hint = first["msg"].removeprefix("Value error, "), first["input"], ""
     if first["type"] not in ("extra_forbidden", "missing"):

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-Name = Annotated[str, Field(min_length=1, strict=True)]
+
+def _printable(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError("a name is one line of printable characters")
+    return text
+
+
+Name = Annotated[str, Field(min_length=1, max_length=200, strict=True), AfterValidator(_printable)]
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 Metre = Annotated[float, Field(allow_inf_nan=False, ge=-10.0, le=10.0, strict=True)]
 Length = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=10.0, strict=True)]
@@ -47,11 +54,14 @@ class PalmEntry(Entry):
 
 
 class SourceEntry(Entry):
-    """Where the URDF is: `file` inside an installed package, which the extra `extra` brings."""
+    """Where the URDF is: `file` inside an installed package.
+
+    `extra`: the extra of Equipoise that brings the package, if one does.
+    """
 
     package: Name
     file: Name
-    extra: Name
+    extra: Name | None = None
 
 
 class FrameEntry(Entry):
@@ -125,7 +135,7 @@ class Extras(Entry):
     """The whole file; every key may be left out."""
 
     name: Name | None = None
-    summary: str = ""
+    summary: Name | Literal[""] = ""
     urdf: SourceEntry | Name | None = None
     cylinders_are_capsules: bool = False
     soles: tuple[SoleEntry, ...] = ()

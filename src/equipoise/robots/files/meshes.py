@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from equipoise.errors import one_line, quoted
 from equipoise.robots.files.description import Node
 from equipoise.robots.files.values import Report, element, read_numbers
 
 FORMATS = (".stl", ".dae", ".obj", ".ply", ".off")
 PACKAGE = "package://"
 MAX_MESH_BYTES = 200_000_000
+PACKAGE_DEPTH = 6  # folders above a URDF that are looked through for a package.xml
 
 
 class MeshFolders:
     """Resolve a URDF's mesh paths.
 
     `package://NAME/...` is looked for in each of `package_dirs`, then in the folders above the
-    URDF that are called NAME; other paths start at the URDF's own folder.
+    URDF that are called NAME; other paths start at the URDF's own folder. Nothing is read that
+    lies, once links are followed, outside: of the package's folder; for other paths, of the
+    package that the URDF is in (the nearest folder above with a package.xml) or else of the folder
+    that holds the URDF's, so that ../meshes/x.stl is found.
     """
 
     def __init__(self, urdf: Path, package_dirs: Sequence[str | Path] = ()) -> None:
         self._home = urdf.resolve().parent
+        self._around = _around(self._home)
         self._package_dirs = [Path(folder).resolve() for folder in package_dirs]
 
     def checked(self, report: Report, node: Node, place: str) -> Node | None:
@@ -44,6 +51,7 @@ class MeshFolders:
     def _resolve(self, given: str) -> tuple[Path | None, str, str]:
         """Return (path, "", "") or (None, problem, remedy)."""
         roots, rest = self._candidates(given)
+        relative = not given.startswith(PACKAGE)
         if roots is None:
             problem = "a mesh path must be package://NAME/... or relative to the URDF"
             return None, problem, "Put the mesh in the robot's package and name it so"
@@ -52,19 +60,24 @@ class MeshFolders:
         for root in roots:
             try:
                 path = (root / rest).resolve()
-                inside, exists = path.is_relative_to(root), path.is_file()
+                within = self._around if root == self._home and relative else root
+                inside, exists = path.is_relative_to(within), path.is_file()
                 size = path.stat().st_size if inside and exists else 0
             except (OSError, ValueError, RuntimeError) as error:
-                return None, f"the mesh path cannot be read ({error})", "Correct the path"
+                return None, f"the mesh path cannot be read ({one_line(error)})", "Correct the path"
             if not inside:
-                return None, f"the mesh lies outside its folder {root}", "Move it inside"
+                return None, f"the mesh lies outside its folder {within}", "Move it inside"
             if exists and path.suffix.lower() not in FORMATS:
                 return None, "unknown mesh format", f"Use one of {', '.join(FORMATS)}"
             if size > MAX_MESH_BYTES:
                 return None, "the mesh file is larger than 200 MB", "Simplify the mesh"
+            other = _library_outside(path, within) if exists else ""
+            if other:
+                problem = f"the mesh names a material library outside the folder {within}: {other}"
+                return None, problem, "Take the line 'mtllib' out of the mesh file"
             if exists:
                 return path, "", ""
-        return None, f"there is no mesh file {roots[0] / rest}", "Correct the path"
+        return None, f"there is no mesh file {quoted(str(roots[0] / rest))}", "Correct the path"
 
     def _candidates(self, given: str) -> tuple[list[Path] | None, str]:
         """Return the folders a mesh may lie in and its path there; None for a refused form."""
@@ -78,3 +91,24 @@ class MeshFolders:
         if not given or "://" in given or given.startswith(("/", "~", "\\")) or ":" in given[:3]:
             return None, ""
         return [self._home], given
+
+
+def _around(home: Path) -> Path:
+    """Return the folder that a URDF's relative mesh paths may lead about in."""
+    above = [folder for folder in (home, *home.parents) if folder.parent != folder]
+    for folder in above[:PACKAGE_DEPTH]:
+        if (folder / "package.xml").is_file():
+            return folder
+    return above[1] if len(above) > 1 else home
+
+
+def _library_outside(mesh: Path, folder: Path) -> str:
+    """Return the material library outside of a folder that an OBJ file names, or nothing."""
+    if mesh.suffix.lower() != ".obj":
+        return ""
+    for name in re.findall(rb"^\s*mtllib\s+(.+?)\s*$", mesh.read_bytes(), re.M):
+        text = name.decode("utf-8", "replace")
+        for one in (text, *text.split()):
+            if not (mesh.parent / one).resolve().is_relative_to(folder):
+                return quoted(one)
+    return ""

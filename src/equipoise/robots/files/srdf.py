@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from equipoise.errors import RobotFileError
+from equipoise.robots.files.check_top import EXPRESSION, REMEDY, is_macro, xacro_prefixes
 from equipoise.robots.files.description import Node, read_description
 
 
@@ -24,6 +25,14 @@ def read_srdf(path: Path) -> Semantics:
     Raises: RobotFileError.
     """
     root = read_description(path)
+    prefixes = xacro_prefixes(root)
+    for node in root.iter():
+        if is_macro(node, prefixes) or any(
+            EXPRESSION.search(value) for value in node.attrib.values()
+        ):
+            raise RobotFileError(
+                f"{path}, line {node.line}: <{node.tag}> is left over from xacro", remedy=REMEDY
+            )
     base = {node.get("name", "") for node in root.iter("virtual_joint")}
     postures = {
         _attribute(path, state, "name"): _angles(path, state, base)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
 import pinocchio as pin
 
-from equipoise.errors import NameNotFoundError, RobotFileError
+from equipoise.errors import NameNotFoundError, RobotFileError, quoted
+from equipoise.robots.files.check_joint import LARGEST_ANGLE
 from equipoise.robots.files.description import Node
 from equipoise.robots.files.extras_schema import CapsuleEntry, Extras, InertialEntry, ShapeEntry
-from equipoise.robots.files.values import element
+from equipoise.robots.files.values import DECIMAL, LIMIT_SLACK, element
 
 Triple = tuple[float, float, float]
 
@@ -90,6 +92,17 @@ def _lock(joint: Node, value: float) -> None:
         raise RobotFileError(
             f"joint {name!r} cannot be locked: it is {kind}", remedy="Leave it out of 'locked'"
         )
+    low, high = _range(joint)
+    if not low - LIMIT_SLACK <= value <= high + LIMIT_SLACK:
+        raise RobotFileError(
+            f"joint {quoted(name)} cannot be locked there: its range is {low:g} to {high:g} "
+            f"{'m' if kind == 'prismatic' else 'rad'}",
+            given=value,
+            remedy="Lock it inside its range; angles are in rad, "
+            f"{value:g} degrees are {math.radians(value):.4g} rad"
+            if kind != "prismatic"
+            else "Lock it inside its range [m]",
+        )
     axis = _vector(joint.find("axis"), "xyz", (1.0, 0.0, 0.0))
     length = np.linalg.norm(axis)
     axis = axis / length if length > 0.0 else axis
@@ -109,6 +122,19 @@ def _lock(joint: Node, value: float) -> None:
         for child in joint.findall(tag):
             joint.remove(child)
     joint.set("type", "fixed")
+
+
+def _range(joint: Node) -> tuple[float, float]:
+    """Return the limits of a joint; two turns, or infinite, where it says none that is a number."""
+    if joint.get("type") == "continuous":
+        return -LARGEST_ANGLE, LARGEST_ANGLE
+    limit, found = joint.find("limit"), []
+    for key, without in (("lower", -math.inf), ("upper", math.inf)):
+        text = None if limit is None else limit.get(key)
+        found.append(
+            float(text) if text is not None and DECIMAL.fullmatch(text.strip()) else without
+        )
+    return found[0], found[1]
 
 
 def _vector(node: Node | None, key: str, default: Triple) -> np.ndarray:
@@ -136,7 +162,11 @@ def _spaced(values: Iterable[float]) -> str:
 def _add_frame(tree: Node, name: str, link: str, xyz: Triple, rpy: Triple) -> None:
     """Append a link without mass that is fixed to another."""
     tree.append(element("link", name=name))
-    joint = element("joint", name=f"{name}_fixed", type="fixed")
+    taken = {node.get("name") for node in tree.findall("joint")}
+    own = f"{name}_fixed"
+    while own in taken:
+        own += "_"
+    joint = element("joint", name=own, type="fixed")
     joint.append(element("parent", link=link))
     joint.append(element("child", link=name))
     joint.append(element("origin", xyz=xyz, rpy=rpy))

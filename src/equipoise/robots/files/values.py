@@ -11,6 +11,7 @@ from equipoise.robots.files.finding import ERROR, WARNING, Finding
 
 DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 LARGEST = 1e12  # squares of it are far from overflow; no length, mass or torque comes near it
+LIMIT_SLACK = 1e-6  # [rad or m], the rounding of limits printed with six decimals
 SMALLEST = 1e-300  # below this, parsers disagree; taken as zero
 
 

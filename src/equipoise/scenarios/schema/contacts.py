@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from equipoise.scenarios.schema.base import NotNegative, Pose, Positive, Section, Vector3
 
@@ -23,6 +23,20 @@ class ForceProfile(Section):
         if any(b <= a for a, b in pairwise(self.times)):
             raise ValueError("times must increase")
         return self
+
+
+def require_push(force: ForceProfile) -> ForceProfile:
+    """Return the profile of a contact that cannot pull. Raises: `ValueError`."""
+    for t, value in zip(force.times, force.values, strict=True):
+        if value < 0.0:
+            raise ValueError(
+                f"this contact can only push, and it is wanted to pull with {-value:g} N at "
+                f"t = {t:g} s; give values from 0 on"
+            )
+    return force
+
+
+PushingProfile = Annotated[ForceProfile, AfterValidator(require_push)]
 
 
 class SoleContactSpec(Section):
@@ -45,6 +59,13 @@ class GraspContactSpec(Section):
     hands: Annotated[list[str], Field(min_length=2, max_length=2)]
     regulated: dict[str, ForceProfile] = {}
     end: Positive | None = None
+
+    @field_validator("regulated")
+    @classmethod
+    def _squeezes(cls, regulated: dict[str, ForceProfile]) -> dict[str, ForceProfile]:
+        if "fz" in regulated:
+            require_push(regulated["fz"])
+        return regulated
 
 
 class SurfaceSpec(Section):
@@ -75,7 +96,7 @@ class SurfaceContactSpec(Section):
     frame: str
     offset: Vector3 = [0.0, 0.0, 0.0]
     surface: SurfaceSpec
-    force: ForceProfile
+    force: PushingProfile
 
 
 class PushContactSpec(Section):
@@ -93,7 +114,7 @@ class PushContactSpec(Section):
     start: NotNegative
     end: NotNegative
     ramp: NotNegative = 0.0
-    force: ForceProfile
+    force: PushingProfile
 
     @model_validator(mode="after")
     def _ordered(self) -> PushContactSpec:

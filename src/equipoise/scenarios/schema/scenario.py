@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from equipoise.scenarios.schema.acceptance import AcceptanceSpec
-from equipoise.scenarios.schema.base import Name, Section
+from equipoise.scenarios.schema.base import Name, Section, Title
 from equipoise.scenarios.schema.contacts import ContactSpec
 from equipoise.scenarios.schema.control import ControlSpec
 from equipoise.scenarios.schema.disturbances import DisturbancesSpec, FaultsSpec, SensorsSpec
@@ -22,7 +22,7 @@ class Scenario(Section):
     """A whole scenario."""
 
     name: Name
-    title: str = ""
+    title: Title = ""
     robot: str = "hrp2"
     duration: Annotated[float, Field(gt=0.0, le=3600.0)]
     seed: Annotated[int, Field(ge=0)] = 0

@@ -97,7 +97,10 @@ def _controller(
 
 
 def starting_posture(scenario: schema.Scenario, setup: Setup) -> Array:
-    """Return the configuration (nq,) at time 0. Raises: `PostureNotFoundError`."""
+    """Return the configuration (nq,) at time 0. Raises: `PostureNotFoundError`.
+
+    Found by our own solver, whichever one then runs: what is compared begins at one place.
+    """
     q, t_from = setup.robot.q_half_sitting, -APPROACH_TIME
     for with_avoidance in (False, True):
         levels = build_start_levels(scenario, setup, with_avoidance=with_avoidance)
@@ -105,7 +108,7 @@ def starting_posture(scenario: schema.Scenario, setup: Setup) -> Array:
         q = solve_posture(
             setup.robot,
             levels,
-            make_solver(scenario.control.solver),
+            make_solver("active_set"),
             q,
             t_from=t_from,
             must_hold=must_hold if with_avoidance else (),

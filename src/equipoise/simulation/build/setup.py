@@ -35,7 +35,7 @@ class Setup:
     `contacts` is every contact that ever holds, `schedule` which of them hold when, and
     `reference_schedule` the same for the reference, whose pushed objects move as wanted.
     `targets` are the wanted ways of objects and sliders; `sliders` are unit vectors (3,) along
-    which sliders go.
+    which sliders go, `pushing` the hands that push each of them.
     """
 
     robot: Robot
@@ -48,6 +48,7 @@ class Setup:
     targets: dict[str, PoseTrajectory]
     handles: dict[tuple[str, str], pin.SE3]
     sliders: dict[str, Array]
+    pushing: dict[str, tuple[str, ...]]
 
     def scene_with(self, travels: Mapping[str, float]) -> Scene:
         """Return the scene with each slider moved on by its travel [m]."""
@@ -111,7 +112,16 @@ def build_setup(scenario: schema.Scenario) -> Setup:
         targets,
         handles,
         {name: np.array(spec.direction) for name, spec in scenario.world.sliders.items()},
+        _pushing(scenario),
     )
+
+
+def _pushing(scenario: schema.Scenario) -> dict[str, tuple[str, ...]]:
+    pushes = [c for c in scenario.contacts.values() if isinstance(c, schema.PushContactSpec)]
+    return {
+        name: tuple(push.hand for push in pushes if push.slider == name)
+        for name in scenario.world.sliders
+    }
 
 
 def check_object(scenario: schema.Scenario, name: str, path: str) -> None:

@@ -1,0 +1,115 @@
+"""Which waypoints the robot cannot get to, and by how much it misses each: told before it moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from equipoise.hqp import make_solver
+from equipoise.motion import MotionGenerator
+from equipoise.scenarios import schema
+from equipoise.simulation.build.assemble import Assembly
+from equipoise.spatial import Array
+from equipoise.tasks import AvoidanceTask, ContactTask, FramePoseTask, GazeTask, Task
+from equipoise.trajectories import FixedPose
+
+STEP = 0.02  # [s] of an Euler step; the rates of the tasks times it stay below 1
+MOST_STEPS = 250  # of the way to a waypoint
+REST = 1e-3  # [m/s, rad/s] below which the robot has come to rest
+NEAR, ALIGNED = 0.002, 0.02  # [m], [rad] up to which a waypoint counts as reached
+
+
+@dataclass(frozen=True)
+class Miss:
+    """A task misses the waypoint of a number, at time `t` [s], by `distance` [m], `angle` [rad]."""
+
+    task: str
+    number: int
+    t: float
+    distance: float
+    angle: float
+
+    def __str__(self) -> str:
+        far = f"{1e3 * self.distance:.0f} mm"
+        far = f"{self.distance:.2f} m" if self.distance >= 1.0 else far
+        parts = [far] if self.distance > NEAR else []
+        parts += [f"{np.degrees(self.angle):.0f} degrees"] if self.angle > ALIGNED else []
+        return (
+            f"{self.task} cannot reach its waypoint {self.number} (t = {self.t:g} s): "
+            f"it misses it by {' and '.join(parts)}"
+        )
+
+
+def missed_waypoints(assembly: Assembly) -> list[Miss]:
+    """Return every waypoint that the robot, standing and within its limits, cannot get to.
+
+    The tasks of the scenario in their order lead the robot from waypoint to waypoint, each held
+    until it rests; obstacles, gaze and other contacts than the soles are left out.
+    """
+    scenario, setup = assembly.scenario, assembly.setup
+    stops: dict[float, list[tuple[str, int]]] = {}
+    for name, number, t in _waypoints(scenario):
+        stops.setdefault(t, []).append((name, number))
+    q, misses = assembly.q_start, []
+    for t in sorted(stops):
+        tasks = _held(assembly, t)
+        q = _settled(assembly, tasks, q)
+        kin = setup.robot.at(q)
+        by_name = {task.name: task for level in tasks for task in level}
+        for name, number in stops[t]:
+            task = by_name.get(name)
+            if task is None:
+                continue
+            error = task.error(kin, 0.0)
+            distance, angle = float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
+            if distance > NEAR or angle > ALIGNED:
+                misses.append(Miss(name, number, t, distance, angle))
+    return misses
+
+
+def _waypoints(scenario: schema.Scenario) -> Iterator[tuple[str, int, float]]:
+    """Yield task, number and time of each waypoint that the run comes to."""
+    for name, task in scenario.tasks.items():
+        waypoints: Iterable[schema.WaypointSpec] = ()
+        if isinstance(task, schema.FramePathSpec):
+            waypoints = task.waypoints
+        elif isinstance(task, schema.HandOnObjectSpec):
+            waypoints = scenario.world.objects[task.object].waypoints
+        for number, waypoint in enumerate(waypoints):
+            begin, end = task.window or (0.0, np.inf)
+            if task.enabled and waypoint.t <= scenario.duration and begin <= waypoint.t <= end:
+                yield name, number, waypoint.t
+
+
+def _held(assembly: Assembly, t: float) -> list[list[Task]]:
+    """Return the levels with every frame held where it is wanted at time `t` [s]."""
+    scenario = assembly.scenario
+    contacts = ContactTask("contacts", assembly.setup.soles, rate=scenario.control.contact_rate)
+    levels: list[list[Task]] = [[contacts]]
+    for level in assembly.levels[1:]:
+        held: list[Task] = []
+        for task in level:
+            window = scenario.tasks[task.name].window
+            if window is not None and not window[0] <= t <= window[1]:
+                continue
+            if isinstance(task, FramePoseTask):
+                wanted = FixedPose(task.target.at(t).T_world_target)
+                rate = min(task.rate, 0.5 / STEP)
+                held.append(FramePoseTask(task.name, task.frame, wanted, rate=rate))
+            elif not isinstance(task, AvoidanceTask | GazeTask):
+                held.append(task)
+        if held:
+            levels.append(held)
+    return levels
+
+
+def _settled(assembly: Assembly, levels: list[list[Task]], q: Array) -> Array:
+    """Return the configuration (nq,) in which the tasks leave the robot."""
+    solver = make_solver(assembly.scenario.control.solver)
+    motion = MotionGenerator(assembly.setup.robot, levels, solver, STEP, q)
+    for _ in range(MOST_STEPS):
+        if np.abs(motion.step(0.0).v_ref).max() < REST:
+            break
+    return motion.q_ref

@@ -1,0 +1,168 @@
+"""Safe means safe: the base found by the contacts, the posture held, and the way back."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from equipoise.contacts import ContactStack
+from equipoise.control import Mode, SupervisorLimits
+from equipoise.control.base_from_contacts import BaseFromContacts, base_from_contacts
+from equipoise.control.safe_hold import DAMPING_SHARE, joint_damping
+from equipoise.errors import InputError
+from equipoise.robots import get_robot
+from equipoise.scenarios import read_scenario
+from equipoise.simulation.simulation import Simulation
+from helpers import sole_contacts
+
+ROBOTS = ("hrp2", "talos", "g1", "romeo")
+LATE = ("faults.measurement_delay=0.003", "faults.command_delay=0.002")
+
+
+def silence(sensor: str, start: float, end: float) -> str:
+    return f"faults.silences=[{{sensor: {sensor}, start: {start}, end: {end}, reading: nan}}]"
+
+
+def press(robot: str, engine: str, *overrides: str) -> Simulation:
+    given = [f"physics.engine={engine}", *overrides]
+    return Simulation(read_scenario("press", given, robot=None if robot == "hrp2" else robot))
+
+
+def watched(simulation: Simulation) -> dict[str, np.ndarray]:
+    """Run; return height and speed of the base, largest share of a joint's speed, mode, torque."""
+    kept: dict[str, list[np.ndarray]] = {name: [] for name in ("z", "vz", "fastest", "mode", "tau")}
+    for _, record in simulation.ticks():
+        q, v = record["q"], record["v"]
+        share = (np.abs(v[6:]) / simulation.robot.v_max).max()
+        values = q[2], abs(v[2]), share, record["mode"][0], record["tau"].copy()
+        for name, value in zip(kept, values, strict=True):
+            kept[name].append(np.array(value))
+    return {name: np.array(values) for name, values in kept.items()}
+
+
+@pytest.mark.parametrize("name", ["hrp2", "g1"])
+def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
+    """Move joints and base so that the soles stay; forget the base; find it again, and its v."""
+    robot = get_robot(name)
+    q = robot.q_half_sitting.copy()
+    stack = ContactStack(sole_contacts(robot, q))
+    for _ in range(40):  # a motion on the tangent space, its drift taken back
+        kin = robot.at(q)
+        at = stack.at(kin)
+        v = at.project(rng.normal(size=robot.nv))
+        q = pin.integrate(robot.model, q, 2e-3 * v - at.lift(stack.residual(kin)))
+    v = stack.at(robot.at(q)).project(rng.normal(size=robot.nv))
+    blind_q, blind_v = q.copy(), v.copy()
+    blind_q[:7], blind_v[:6] = np.nan, np.nan
+    found = base_from_contacts(robot, stack, robot.q_half_sitting, blind_q, blind_v)
+    assert found is not None
+    apart = pin.difference(robot.model, q, found[0])
+    assert np.abs(apart).max() < 1e-5
+    assert found[1] == pytest.approx(v, abs=1e-5)
+
+
+def test_without_a_contact_no_base_is_made_up(hrp2):
+    q, v = hrp2.q_half_sitting, np.zeros(hrp2.nv)
+    assert base_from_contacts(hrp2, ContactStack([]), q, q, v) is None
+    assert BaseFromContacts(hrp2, 1e-3, 0.01).follow(ContactStack([]), q, q, v) is None
+
+
+@pytest.mark.parametrize("delay", [0.001, 0.005, 0.02])
+@pytest.mark.parametrize("name", ROBOTS)
+def test_damping_is_stable_for_every_joint_at_its_delay(name, delay):
+    """dv/dt = -M^-1 D v(t - delay), the robot afloat: stepped, not by eigenvalues."""
+    robot = get_robot(name)
+    M = pin.crba(robot.model, robot.model.createData(), robot.q_half_sitting)
+    M = np.triu(M) + np.triu(M, 1).T
+    D = joint_damping(robot, robot.q_half_sitting, delay)
+    least = 1.0 / np.diag(np.linalg.inv(M))[6:]
+    assert D * delay / least == pytest.approx(DAMPING_SHARE)
+    for joint in range(robot.na):
+        v = np.zeros(41)  # the last delay, 40 steps of it
+        v[-1] = 1.0
+        for _ in range(400):
+            v = np.append(v[1:], v[-1] - delay / 40 * D[joint] / least[joint] * v[0])
+        assert abs(v[-1]) < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["rigid", "mujoco"])
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_base_sensor_that_comes_back_brings_the_run_back(name, engine):
+    """Lost for 0.4 s: held, back over a ramp, never below 99 % of its height."""
+    simulation = press(name, engine, "duration=2.0", silence("base", 0.5, 0.9))
+    run = watched(simulation)
+    story = " ".join(simulation.story)
+    assert "no measurement of the base" in story
+    assert "back to the reference" in story
+    assert run["mode"].max() == 2  # it was safe,
+    assert run["mode"][-1] == 0  # and it runs again
+    assert run["z"].min() > 0.98 * run["z"][0]
+    assert run["fastest"].max() < 1.0
+    limit = simulation.robot.tau_max
+    jumps = max((np.abs(b - a) / limit).max() for a, b in pairwise(run["tau"][450:]))
+    assert jumps < 0.25
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["hrp2", "g1", "romeo"])
+def test_without_a_base_and_five_milliseconds_late_it_stands(name):
+    """Lost for good in MuJoCo: the posture is held as long as one looks."""
+    run = watched(press(name, "mujoco", "duration=2.0", *LATE, silence("base", 0.5, 9.0)))
+    assert run["mode"][-1] == 2
+    safe = run["mode"] == 2
+    assert run["z"][-1] > 0.97 * run["z"][0]
+    assert run["vz"][safe].max() < 0.5
+    assert run["fastest"][safe].max() < 1.0
+    signs = np.sign(run["tau"][safe])
+    assert (signs[1:] != signs[:-1]).mean(axis=0).max() < 0.05  # no torque flips tick by tick
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["hrp2", "talos"])
+def test_a_law_that_its_delay_makes_swing_is_caught_standing(name):
+    """Gains for no delay and a loop 5 ms late: joints run away, SAFE stops them."""
+    simulation = press(name, "rigid", "duration=1.5", *LATE)
+    run = watched(simulation)
+    assert "moves at" in " ".join(simulation.story)
+    assert run["z"].min() > 0.9 * run["z"][0]
+    assert run["fastest"][-200:].max() < 1.0
+
+
+def test_beyond_the_time_of_recovery_there_is_no_way_back():
+    simulation = press(
+        "hrp2", "rigid", "duration=0.6", silence("base", 0.2, 0.5), "control.start=standing"
+    )
+    limits = SupervisorLimits(recovery=0.1)
+    simulation.controller.supervisor.limits = limits
+    run = watched(simulation)
+    assert run["mode"][-1] == 2
+    assert simulation.controller.supervisor.mode is Mode.SAFE
+
+
+@pytest.mark.parametrize("wrong", [np.nan, -1.0, np.inf])
+def test_limits_that_are_none_are_refused(wrong):
+    with pytest.raises(InputError, match="recovery"):
+        SupervisorLimits(recovery=wrong)
+
+
+def test_a_hold_goes_on_from_its_state_with_the_same_bits():
+    first = press("hrp2", "rigid", "duration=0.4", silence("base", 0.1, 9.0))
+    second = press("hrp2", "rigid", "duration=0.4", silence("base", 0.1, 9.0))
+    controller, other = first.controller, second.controller
+    ticks = first.ticks()
+    for _ in range(300):
+        _, record = next(ticks)
+    state = controller.state()
+    other.restore(state)
+    blind_q, blind_v = record["q"].copy(), record["v"].copy()
+    blind_q[:7], blind_v[:6] = np.nan, np.nan
+    lam = np.zeros(controller.contacts.size)
+    for k in range(20):
+        a = controller.step(0.3 + k * 1e-3, blind_q, blind_v, lam)
+        b = other.step(0.3 + k * 1e-3, blind_q, blind_v, lam)
+        assert np.array_equal(a.tau, b.tau)
+        assert a.mode is Mode.SAFE

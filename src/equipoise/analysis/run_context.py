@@ -10,7 +10,7 @@ import numpy as np
 from equipoise.analysis.joint_groups import JointGroup, joint_groups_of
 from equipoise.contacts import ReactionMargins
 from equipoise.errors import EquipoiseError, RunLogError
-from equipoise.robots.robot import NQ_BASE
+from equipoise.robots.base import FLOATING
 from equipoise.runlog import Run
 from equipoise.scenarios import schema
 from equipoise.scenarios.read import parse_scenario
@@ -99,7 +99,11 @@ class RunContext:
         """Names of the actuated joints, from the log."""
         if "tau" in self.run.channels:
             return self.run.channels["tau"].labels
-        return self.run.channels["q"].labels[NQ_BASE:] if "q" in self.run.channels else ()
+        if "q" not in self.run.channels:
+            return ()
+        labels = self.run.channels["q"].labels
+        floats = labels[: len(FLOATING.position_names)] == FLOATING.position_names
+        return labels[FLOATING.nq :] if floats else labels
 
     @property
     def joint_groups(self) -> list[JointGroup]:

@@ -9,6 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import NameNotFoundError, quoted
+from equipoise.robots.base import FLOATING, Base, base_of, require_joints_of_one_dof
+from equipoise.robots.files.base import take_base
 from equipoise.robots.files.build import (
     add_collision_pairs,
     build_geometry,
@@ -24,11 +26,9 @@ from equipoise.robots.files.finding import WARNING, Finding, raise_errors, tell_
 from equipoise.robots.files.source import Source, find_source
 from equipoise.robots.files.srdf import Semantics, read_srdf
 from equipoise.robots.robot import (
-    NQ_BASE,
     Palm,
     Robot,
     Sole,
-    require_actuated_joints_of_one_dof,
 )
 
 HALF_SITTING = "half_sitting"
@@ -40,8 +40,12 @@ def load_robot(
     srdf_path: str | Path | None = None,
     extras_path: str | Path | None = None,
     package_dirs: Sequence[str | Path] = (),
+    base: str | None = None,
 ) -> Robot:
-    """Load a robot from its URDF, its YAML or the folder of either, adding a free base.
+    """Load a robot from its URDF, its YAML or the folder of either.
+
+    `base` is "floating" or "fixed"; without it the YAML decides, and else the URDF: a first link
+    called `world` is fixed, any other floats.
 
     The SRDF (postures, pairs of links that need no collision check) and the YAML (soles, palms,
     camera, and what the URDF lacks) are taken from files of the same stem beside the URDF when
@@ -52,7 +56,11 @@ def load_robot(
     Raises: RobotFileError, NameNotFoundError.
     """
     robot, findings = load_and_check(
-        urdf_path, srdf_path=srdf_path, extras_path=extras_path, package_dirs=package_dirs
+        urdf_path,
+        srdf_path=srdf_path,
+        extras_path=extras_path,
+        package_dirs=package_dirs,
+        base=base,
     )
     tell_warnings(Path(urdf_path), findings)
     return robot
@@ -64,6 +72,7 @@ def load_and_check(
     srdf_path: str | Path | None = None,
     extras_path: str | Path | None = None,
     package_dirs: Sequence[str | Path] = (),
+    base: str | None = None,
 ) -> tuple[Robot, list[Finding]]:
     """Return what `load_robot` returns, and the warnings.
 
@@ -71,14 +80,14 @@ def load_and_check(
     """
     source = find_source(urdf_path, srdf_path=srdf_path, extras_path=extras_path)
     urdf = source.urdf
-    tree = source.tree()
-    checked, findings = check_tree(tree, urdf, package_dirs)
+    tree, kind = take_base(source.tree(), base or source.extras.base)
+    checked, findings = check_tree(tree, urdf, package_dirs, kind)
     raise_errors(urdf, findings)
-    robot = _built(source, tree, checked, findings)
+    robot = _built(source, kind, checked, findings)
     return robot, findings
 
 
-def _built(source: Source, tree: Node, checked: Node, findings: list[Finding]) -> Robot:
+def _built(source: Source, base: Base, checked: Node, findings: list[Finding]) -> Robot:
     """Return the robot of a checked tree; add what is found while it is built.
 
     Raises: RobotFileError, NameNotFoundError.
@@ -86,8 +95,8 @@ def _built(source: Source, tree: Node, checked: Node, findings: list[Finding]) -
     urdf, extras = source.urdf, source.extras
     semantics = read_srdf(source.srdf) if source.srdf else None
 
-    model = build_model(checked)
-    require_actuated_joints_of_one_dof(model)
+    model = build_model(checked, base)
+    require_joints_of_one_dof(model)
     capsules = extras.has_capsules
     collision = build_geometry(checked, model, pin.GeometryType.COLLISION, as_capsules=capsules)
     findings += take_hulls(model, collision)
@@ -98,11 +107,11 @@ def _built(source: Source, tree: Node, checked: Node, findings: list[Finding]) -
     q = half_sitting_configuration(model, _posture(extras, semantics), soles)
     raise_errors(urdf, check_model(model, q))
     findings += unknown_links(source.srdf, semantics, model)
-    if not soles:
-        remedy = f"List the soles in {source.yaml.name}"
+    if not soles and base is FLOATING:
+        remedy = f"List the soles in {source.yaml.name}, or say base: fixed there"
         findings.append(Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy))
     return Robot(
-        name=extras.name or tree.get("name") or urdf.stem,
+        name=extras.name or checked.get("name") or urdf.stem,
         model=model,
         collision_model=collision,
         visual_model=visual,
@@ -134,22 +143,23 @@ def half_sitting_configuration(
 ) -> np.ndarray:
     """Return q (nq,): upright base, the soles' lowest corner at z = 0, middle at x = y = 0.
 
+    A fixed base is where it is.
     Joints that the posture does not name are at zero, or at the nearest limit to it.
 
     Raises: NameNotFoundError for a joint or sole frame that does not exist.
     """
-    q = pin.neutral(model)
-    q[NQ_BASE:] = np.clip(
-        0.0, model.lowerPositionLimit[NQ_BASE:], model.upperPositionLimit[NQ_BASE:]
-    )
+    q, base = pin.neutral(model), base_of(model)
+    low, high = model.lowerPositionLimit, model.upperPositionLimit
+    q[base.nq :] = np.clip(0.0, low[base.nq :], high[base.nq :])
     names = list(model.names)
+    joints = names[base.first_joint :]
     for joint, angle in posture.items():
-        if joint not in names[2:]:
+        if joint not in joints:
             raise NameNotFoundError(
-                "actuated joint (named by the half-sitting posture)", joint, names[2:]
+                "actuated joint (named by the half-sitting posture)", joint, joints
             )
         q[model.joints[names.index(joint)].idx_q] = angle
-    if soles:
+    if soles and base is FLOATING:
         q[:3] -= _middle_and_floor(model, q, soles)
     return q
 

@@ -27,7 +27,7 @@ def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOption
         body = bodies[model.parents[joint]].add_body(name=_body_name(robot, joint))
         place(body, model.jointPlacements[joint])
         set_inertia(body, model.inertias[joint])
-        if joint == 1:
+        if joint < robot.base.first_joint:
             body.add_freejoint(name=BASE)
         else:
             _add_joint(mujoco, body, robot, joint, axes[joint], options)
@@ -36,7 +36,7 @@ def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOption
 
 
 def _body_name(robot: Robot, joint: int) -> str:
-    return BASE if joint == 1 else of_joint(robot.model.names[joint])
+    return BASE if joint < robot.base.first_joint else of_joint(robot.model.names[joint])
 
 
 def joint_axes(robot: Robot) -> dict[int, Array]:
@@ -45,7 +45,7 @@ def joint_axes(robot: Robot) -> dict[int, Array]:
     q, context = pin.neutral(model), model.createData()
     pin.computeJointJacobians(model, context, q)
     axes = {}
-    for joint in range(2, model.njoints):
+    for joint in range(robot.base.first_joint, model.njoints):
         J = pin.getJointJacobian(model, context, joint, pin.ReferenceFrame.LOCAL)
         axes[joint] = J[:, model.idx_vs[joint]].copy()
     return axes
@@ -55,7 +55,7 @@ def _add_joint(
     mujoco: ModuleType, body: Any, robot: Robot, joint: int, axis: Array, options: MujocoOptions
 ) -> None:
     turning = bool(np.abs(axis[3:]).max() > 0.5)
-    i = robot.model.idx_vs[joint] - 6
+    i = robot.model.idx_vs[joint] - robot.nv_base
     added = body.add_joint(
         name=of_joint(robot.model.names[joint]),
         type=mujoco.mjtJoint.mjJNT_HINGE if turning else mujoco.mjtJoint.mjJNT_SLIDE,

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from equipoise.errors import InputError
+from equipoise.robots.files.base import take_base
 from equipoise.robots.files.check_tree import check_tree
 from equipoise.robots.files.finding import ERROR, Finding
 from equipoise.robots.files.source import find_source
@@ -25,10 +26,11 @@ def check_urdf(
     """
     try:
         source = find_source(path, srdf_path=srdf_path, extras_path=extras_path)
-        urdf, tree = source.urdf, source.tree()
+        urdf = source.urdf
+        tree, base = take_base(source.tree(), source.extras.base)
     except InputError as error:
         return [Finding(ERROR, Path(path).name, str(error))]
-    _, findings = check_tree(tree, urdf, package_dirs)
+    _, findings = check_tree(tree, urdf, package_dirs, base)
     if any(finding.severity == ERROR for finding in findings):
         return findings
     try:

@@ -137,6 +137,7 @@ class Extras(Entry):
     name: Name | None = None
     summary: Name | Literal[""] = ""
     urdf: SourceEntry | Name | None = None
+    base: Literal["floating", "fixed"] | None = None
     cylinders_are_capsules: bool = False
     soles: tuple[SoleEntry, ...] = ()
     palms: tuple[PalmEntry, ...] = ()

@@ -35,7 +35,8 @@ class Setup:
     `contacts` is every contact that ever holds, `schedule` which of them hold when, and
     `reference_schedule` the same for the reference, whose pushed objects move as wanted.
     `targets` are the wanted ways of objects and sliders; `sliders` are unit vectors (3,) along
-    which sliders go, `pushing` the hands that push each of them.
+    which sliders go, `pushing` the hands that push each of them. Nothing carries a robot whose
+    base is fixed: it has no `soles` and no `polygon`.
     """
 
     robot: Robot
@@ -44,7 +45,7 @@ class Setup:
     contacts: ContactStack
     schedule: ContactSchedule
     reference_schedule: ContactSchedule
-    polygon: SupportPolygon
+    polygon: SupportPolygon | None
     targets: dict[str, PoseTrajectory]
     handles: dict[tuple[str, str], pin.SE3]
     sliders: dict[str, Array]
@@ -93,14 +94,7 @@ def build_setup(scenario: schema.Scenario) -> Setup:
         if isinstance(spec, schema.GraspContactSpec) and spec.end is not None:
             windows[name] = (-np.inf, spec.end)
     soles = [c for c in contacts if isinstance(c, SoleContact)]
-    if not soles:
-        raise ScenarioError(
-            "no sole stands on the floor",
-            path="contacts",
-            known=[sole.name for sole in robot.soles],
-            remedy="Add a contact of kind sole",
-        )
-    corners = np.vstack([sole_corners(c.sole, c.T_world_anchor) for c in soles])
+    _require_support(robot, soles)
     return Setup(
         robot,
         scene,
@@ -108,12 +102,36 @@ def build_setup(scenario: schema.Scenario) -> Setup:
         ContactStack(contacts),
         ContactSchedule(contacts, windows),
         ContactSchedule(reference, windows),
-        SupportPolygon.of_points(corners),
+        _polygon(soles),
         targets,
         handles,
         {name: np.array(spec.direction) for name, spec in scenario.world.sliders.items()},
         _pushing(scenario),
     )
+
+
+def _require_support(robot: Robot, soles: list[SoleContact]) -> None:
+    """Refuse a floating base that nothing carries, and a fixed one that stands besides."""
+    if robot.nv_base and not soles:
+        raise ScenarioError(
+            "no sole stands on the floor",
+            path="contacts",
+            known=[sole.name for sole in robot.soles],
+            remedy="Add a contact of kind sole, or say base: fixed in the robot's YAML",
+        )
+    if soles and not robot.nv_base:
+        raise ScenarioError(
+            f"the base of {robot.name} is fixed to the world; it needs no sole",
+            path=f"contacts.{soles[0].name}",
+            remedy="Leave the contact out, or say base: floating in the robot's YAML",
+        )
+
+
+def _polygon(soles: list[SoleContact]) -> SupportPolygon | None:
+    if not soles:
+        return None
+    corners = [sole_corners(c.sole, c.T_world_anchor) for c in soles]
+    return SupportPolygon.of_points(np.vstack(corners))
 
 
 def _pushing(scenario: schema.Scenario) -> dict[str, tuple[str, ...]]:

@@ -61,7 +61,8 @@ class Robot:
     joints only, and the first link stands at the origin of the world. Build it with `get_robot` or
     `load_robot`. Treat `model` and the geometry models as read-only: copies with other masses
     come from `scaled`, `with_payload` and `with_unit_inertias`. `parts` are the links of the parts
-    of the body ("left_forearm"), which robots have in common.
+    of the body ("left_forearm"), which robots have in common; `postures` what the description
+    calls one: name -> joint -> coordinate [rad or m].
     """
 
     name: str
@@ -74,6 +75,7 @@ class Robot:
     camera: str | None
     q_half_sitting: np.ndarray
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require_joints_of_one_dof(self.model)

@@ -15,6 +15,7 @@ from equipoise.physics.mujoco.options import MujocoOptions
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
+LEAST_MASS, LEAST_INERTIA = 1e-9, 1e-12  # [kg], [kg m^2] of what has none between two joints
 WORLD_BIT, OBJECT_BIT, LINK_BIT, SURFACE_BIT, BALL_BIT = 1, 2, 4, 8, 16
 
 
@@ -23,6 +24,8 @@ def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOption
     model = robot.model
     axes = joint_axes(robot)
     bodies: list[Any] = [spec.worldbody]
+    if any(inertia.mass <= 0.0 for inertia in model.inertias[1:]):  # several joints at one body
+        spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
     for joint in range(1, model.njoints):
         body = bodies[model.parents[joint]].add_body(name=_body_name(robot, joint))
         place(body, model.jointPlacements[joint])
@@ -61,7 +64,7 @@ def _add_joint(
         type=mujoco.mjtJoint.mjJNT_HINGE if turning else mujoco.mjtJoint.mjJNT_SLIDE,
         axis=axis[3:] if turning else axis[:3],
         frictionloss=options.joint_friction,
-        armature=options.armature,
+        armature=options.armature + float(robot.model.armature[robot.model.idx_vs[joint]]),
     )
     added.damping = _like(added.damping, options.joint_damping)
     low, high = float(robot.q_min[i]), float(robot.q_max[i])

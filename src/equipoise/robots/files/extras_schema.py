@@ -137,6 +137,7 @@ class Extras(Entry):
     name: Name | None = None
     summary: Name | Literal[""] = ""
     urdf: SourceEntry | Name | None = None
+    mjcf: SourceEntry | Name | None = None
     base: Literal["floating", "fixed"] | None = None
     cylinders_are_capsules: bool = False
     soles: tuple[SoleEntry, ...] = ()
@@ -149,6 +150,12 @@ class Extras(Entry):
     inertials: dict[Name, InertialEntry] = {}
     shapes: dict[Name, tuple[ShapeEntry, ...]] | None = None
     parts: dict[Name, Name | tuple[Name, ...]] = {}
+
+    @model_validator(mode="after")
+    def _one_description(self) -> Extras:
+        if self.urdf is not None and self.mjcf is not None:
+            raise ValueError("give urdf or mjcf, not both")
+        return self
 
     @model_validator(mode="after")
     def _unique_names(self) -> Extras:

@@ -28,7 +28,7 @@ class MeshFolders:
 
     def __init__(self, urdf: Path, package_dirs: Sequence[str | Path] = ()) -> None:
         self._home = urdf.resolve().parent
-        self._around = _around(self._home)
+        self._around = around(self._home)
         self._package_dirs = [Path(folder).resolve() for folder in package_dirs]
 
     def checked(self, report: Report, node: Node, place: str) -> Node | None:
@@ -93,7 +93,7 @@ class MeshFolders:
         return [self._home], given
 
 
-def _around(home: Path) -> Path:
+def around(home: Path) -> Path:
     """Return the folder that a URDF's relative mesh paths may lead about in."""
     above = [folder for folder in (home, *home.parents) if folder.parent != folder]
     for folder in above[:PACKAGE_DEPTH]:

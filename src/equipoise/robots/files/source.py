@@ -60,14 +60,16 @@ def find_source(
 
 
 def urdf_of(yaml: Path, extras: Extras) -> Path:
-    """Return the URDF that a robot's YAML names; by default the one beside it.
+    """Return the URDF or MJCF that a robot's YAML names; by default the one beside it.
 
     Raises: RobotFileError.
     """
-    named = extras.urdf
+    named = extras.urdf or extras.mjcf
     if isinstance(named, SourceEntry):
         return file_of_package(named)
-    urdf = yaml.with_suffix(".urdf") if named is None else yaml.parent / named
+    beside = [yaml.with_suffix(suffix) for suffix in URDF]
+    urdf = next((path for path in beside if path.is_file()), beside[0])
+    urdf = urdf if named is None else yaml.parent / named
     if not urdf.is_file():
         raise RobotFileError(f"{yaml}: there is no URDF {urdf}", remedy="Name it with the key urdf")
     return urdf

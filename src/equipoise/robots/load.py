@@ -89,6 +89,7 @@ def _built(source: Source, described: Described) -> Robot:
     posture = extras.half_sitting
     if posture is None:
         posture = described.postures[described.start] if described.start else {}
+    posture = {name: q for name, q in posture.items() if name not in described.coupled}
     q = half_sitting_configuration(model, posture, soles)
     raise_errors(source.urdf, check_model(model, q))
     if not soles and described.base is FLOATING:

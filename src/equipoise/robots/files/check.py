@@ -31,7 +31,7 @@ def check_urdf(
         urdf = source.urdf
         findings: list[Finding] = []
         if not is_mjcf(urdf):
-            tree, base = take_base(source.tree(), source.extras.base)
+            tree, base = take_base(source.tree()[0], source.extras.base)
             _, findings = check_tree(tree, urdf, package_dirs, base)
     except InputError as error:
         return [Finding(ERROR, Path(path).name, str(error))]

@@ -17,7 +17,7 @@ class Described:
     """Models of a robot, its postures (name -> joint -> coordinate), and what was found.
 
     `disabled` are the pairs of links whose collisions are not looked at; `start` names the posture
-    to begin with, if there is one.
+    to begin with, if there is one. `coupled` joints were locked: a posture may name them.
     """
 
     name: str
@@ -29,3 +29,4 @@ class Described:
     postures: dict[str, dict[str, float]] = field(default_factory=dict)
     start: str | None = None
     findings: list[Finding] = field(default_factory=list)
+    coupled: set[str] = field(default_factory=set)

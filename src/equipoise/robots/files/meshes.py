@@ -82,7 +82,8 @@ class MeshFolders:
     def _candidates(self, given: str) -> tuple[list[Path] | None, str]:
         """Return the folders a mesh may lie in and its path there; None for a refused form."""
         if given.startswith(PACKAGE):
-            name, _, rest = given[len(PACKAGE) :].partition("/")
+            # three slashes are a slip of old exporters
+            name, _, rest = given[len(PACKAGE) :].removeprefix("/").partition("/")
             if name in ("", ".", ".."):
                 return None, ""
             roots = [folder / name for folder in self._package_dirs if (folder / name).is_dir()]

@@ -10,6 +10,7 @@ from equipoise.errors import RobotFileError
 from equipoise.robots.files.description import Node, read_description
 from equipoise.robots.files.extras import read_extras
 from equipoise.robots.files.extras_schema import Extras, SourceEntry
+from equipoise.robots.files.mimic import lock_coupled
 from equipoise.robots.files.supplement import supplement
 
 YAML = (".yaml", ".yml")
@@ -29,12 +30,14 @@ class Source:
     srdf: Path | None
     extras: Extras
 
-    def tree(self) -> Node:
+    def tree(self) -> tuple[Node, set[str]]:
         """Return the URDF's tree, completed and corrected as the YAML says.
 
+        Joints that the file couples by <mimic> are locked in it: the second part names them.
         Raises: RobotFileError, NameNotFoundError.
         """
-        return supplement(read_description(self.urdf), self.extras)
+        tree = supplement(read_description(self.urdf), self.extras)
+        return tree, lock_coupled(tree, self.extras)
 
 
 def find_source(

@@ -79,7 +79,18 @@ class RunContext:
         """Return by sole one component (N,) of its reaction margins."""
         column = ReactionMargins.LABELS.index(kind)
         names = [name for name in self.run.names if name.startswith("margin/")]
-        return {name.removeprefix("margin/"): self.run[name][:, column] for name in names}
+        found = {name.removeprefix("margin/"): self.run[name][:, column] for name in names}
+        return {**found, **self._margins_of_feet(kind)}
+
+    def _margins_of_feet(self, kind: str) -> dict[str, Array]:
+        """Return the same of feet that are points, which have no pressure and no yaw."""
+        found = {}
+        specs = self.scenario.contacts.items() if kind in ("normal", "friction") else ()
+        for name, spec in specs:
+            if isinstance(spec, schema.FootContactSpec) and f"lam/{name}" in self.run:
+                x, y, z = self.run[f"lam/{name}"].T
+                found[name] = z if kind == "normal" else spec.friction * z - np.hypot(x, y)
+        return found
 
     def has(self, *channels: str) -> bool:
         """Return whether there are ticks, and numbers of all these channels in them."""

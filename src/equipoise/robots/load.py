@@ -18,7 +18,7 @@ from equipoise.robots.files.mjcf.read import describe_mjcf
 from equipoise.robots.files.mjcf.text import is_mjcf
 from equipoise.robots.files.source import Source, find_source
 from equipoise.robots.files.urdf import describe_urdf
-from equipoise.robots.robot import Palm, Robot, Sole
+from equipoise.robots.robot import Foot, Palm, Robot, Sole
 
 
 def load_robot(
@@ -86,14 +86,15 @@ def _built(source: Source, described: Described) -> Robot:
     described.findings += take_hulls(model, collision)
     add_collision_pairs(model, collision, described.disabled)
     soles = tuple(Sole(**entry.model_dump()) for entry in extras.soles)
+    feet = tuple(Foot(**entry.model_dump()) for entry in extras.feet)
     posture = extras.half_sitting
     if posture is None:
         posture = described.postures[described.start] if described.start else {}
     posture = {name: q for name, q in posture.items() if name not in described.coupled}
-    q = half_sitting_configuration(model, posture, soles)
+    q = half_sitting_configuration(model, posture, soles, feet)
     raise_errors(source.urdf, check_model(model, q))
-    if not soles and described.base is FLOATING:
-        remedy = f"List the soles in {source.yaml.name}, or say base: fixed there"
+    if not (soles or feet) and described.base is FLOATING:
+        remedy = f"List the soles (or feet) in {source.yaml.name}, or say base: fixed there"
         described.findings.append(
             Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy)
         )
@@ -109,13 +110,17 @@ def _built(source: Source, described: Described) -> Robot:
         q_half_sitting=q,
         parts=extras.links_of_parts,
         postures=described.postures,
+        feet=feet,
     )
 
 
 def half_sitting_configuration(
-    model: pin.Model, posture: dict[str, float], soles: tuple[Sole, ...]
+    model: pin.Model,
+    posture: dict[str, float],
+    soles: tuple[Sole, ...],
+    feet: tuple[Foot, ...] = (),
 ) -> np.ndarray:
-    """Return q (nq,): upright base, the soles' lowest corner at z = 0, middle at x = y = 0.
+    """Return q (nq,): upright base, the lowest of soles and feet at z = 0, middle at x = y = 0.
 
     A fixed base is where it is.
     Joints that the posture does not name are at zero, or at the nearest limit to it.
@@ -133,22 +138,29 @@ def half_sitting_configuration(
                 "actuated joint (named by the half-sitting posture)", joint, joints
             )
         q[model.joints[names.index(joint)].idx_q] = angle
-    if soles and base is FLOATING:
-        q[:3] -= _middle_and_floor(model, q, soles)
+    if (soles or feet) and base is FLOATING:
+        q[:3] -= _middle_and_floor(model, q, soles, feet)
     return q
 
 
-def _middle_and_floor(model: pin.Model, q: np.ndarray, soles: tuple[Sole, ...]) -> np.ndarray:
-    """Return the x and y of the soles' middle and the z of their lowest corner [m], world axes."""
+def _middle_and_floor(
+    model: pin.Model, q: np.ndarray, soles: tuple[Sole, ...], feet: tuple[Foot, ...]
+) -> np.ndarray:
+    """Return the x and y of the middle of soles and feet and the z of their lowest point [m]."""
     data = model.createData()
     pin.framesForwardKinematics(model, data, q)
     frames = {frame.name: index for index, frame in enumerate(model.frames)}
     origins, corners = [], []
-    for sole in soles:
-        if sole.frame not in frames:
-            raise NameNotFoundError(f"frame (wanted by sole {sole.name!r})", sole.frame, frames)
-        placement = data.oMf[frames[sole.frame]]
+    standing: tuple[Sole | Foot, ...] = (*soles, *feet)
+    for one in standing:
+        kind = "sole" if isinstance(one, Sole) else "foot"
+        if one.frame not in frames:
+            raise NameNotFoundError(f"frame (wanted by {kind} {one.name!r})", one.frame, frames)
+        placement = data.oMf[frames[one.frame]]
         origins.append(placement.translation.copy())
-        corners += [placement.act(corner) for corner in sole.corners]
+        if isinstance(one, Sole):
+            corners += [placement.act(corner) for corner in one.corners]
+        else:
+            corners.append(placement.translation - np.array([0.0, 0.0, one.radius]))
     middle = np.mean(origins, axis=0)
     return np.array([middle[0], middle[1], min(corner[2] for corner in corners)])

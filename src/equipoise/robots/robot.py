@@ -49,7 +49,16 @@ class Palm:
     skin: float = 0.0
 
 
-Surface = TypeVar("Surface", Sole, Palm)
+@dataclass(frozen=True)
+class Foot:
+    """A foot that touches the ground in a point: `radius` [m] below the origin of its frame."""
+
+    name: str
+    frame: str
+    radius: float = 0.0
+
+
+Surface = TypeVar("Surface", Sole, Palm, Foot)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,12 +85,14 @@ class Robot:
     q_half_sitting: np.ndarray
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    feet: tuple[Foot, ...] = ()
 
     def __post_init__(self) -> None:
         require_joints_of_one_dof(self.model)
         object.__setattr__(self, "q_half_sitting", _read_only(self.q_half_sitting))
-        for frame in [*(s.frame for s in self.soles), *(p.frame for p in self.palms)]:
-            self.frame_id(frame)
+        surfaces: tuple[Sole | Palm | Foot, ...] = (*self.soles, *self.palms, *self.feet)
+        for surface in surfaces:
+            self.frame_id(surface.frame)
         if self.camera is not None:
             self.frame_id(self.camera)
         for link in (link for links in self.parts.values() for link in links):
@@ -216,6 +227,13 @@ class Robot:
         Raises: NameNotFoundError.
         """
         return _by_name(f"sole on robot {self.name}:", name, self.soles)
+
+    def foot(self, name: str) -> Foot:
+        """Return a foot that is a point, by name.
+
+        Raises: NameNotFoundError.
+        """
+        return _by_name(f"foot on robot {self.name}:", name, self.feet)
 
     def palm(self, name: str) -> Palm:
         """Return a palm by name.

@@ -19,6 +19,7 @@ from equipoise.scenarios.schema.base import (
 )
 from equipoise.scenarios.schema.contacts import (
     ContactSpec,
+    FootContactSpec,
     ForceProfile,
     GraspContactSpec,
     PushContactSpec,
@@ -80,6 +81,7 @@ __all__ = [
     "ExternalForceSpec",
     "FaultsSpec",
     "FixedBody",
+    "FootContactSpec",
     "ForceProfile",
     "FramePathSpec",
     "GainsSpec",

@@ -9,7 +9,14 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.collision.scene import Body, Scene, Shape
-from equipoise.contacts import ContactSchedule, ContactStack, SoleContact, SupportPolygon
+from equipoise.contacts import (
+    Contact,
+    ContactSchedule,
+    ContactStack,
+    PointContact,
+    SoleContact,
+    SupportPolygon,
+)
 from equipoise.contacts.support_polygon import sole_corners
 from equipoise.errors import InputError, NameNotFoundError, ScenarioError
 from equipoise.robots import Robot, get_robot
@@ -93,7 +100,7 @@ def build_setup(scenario: schema.Scenario) -> Setup:
     for name, spec in scenario.contacts.items():
         if isinstance(spec, schema.GraspContactSpec) and spec.end is not None:
             windows[name] = (-np.inf, spec.end)
-    soles = [c for c in contacts if isinstance(c, SoleContact)]
+    soles = [c for c in contacts if c.supporting]
     _require_support(robot, soles)
     return Setup(
         robot,
@@ -110,28 +117,29 @@ def build_setup(scenario: schema.Scenario) -> Setup:
     )
 
 
-def _require_support(robot: Robot, soles: list[SoleContact]) -> None:
+def _require_support(robot: Robot, soles: list[Contact]) -> None:
     """Refuse a floating base that nothing carries, and a fixed one that stands besides."""
     if robot.nv_base and not soles:
         raise ScenarioError(
             "no sole stands on the floor",
             path="contacts",
-            known=[sole.name for sole in robot.soles],
-            remedy="Add a contact of kind sole, or say base: fixed in the robot's YAML",
+            known=[*(sole.name for sole in robot.soles), *(foot.name for foot in robot.feet)],
+            remedy="Add a contact of kind sole or foot, or say base: fixed in the robot's YAML",
         )
     if soles and not robot.nv_base:
         raise ScenarioError(
-            f"the base of {robot.name} is fixed to the world; it needs no sole",
+            f"the base of {robot.name} is fixed to the world; it needs no sole or foot",
             path=f"contacts.{soles[0].name}",
             remedy="Leave the contact out, or say base: floating in the robot's YAML",
         )
 
 
-def _polygon(soles: list[SoleContact]) -> SupportPolygon | None:
-    if not soles:
-        return None
-    corners = [sole_corners(c.sole, c.T_world_anchor) for c in soles]
-    return SupportPolygon.of_points(np.vstack(corners))
+def _polygon(supports: list[Contact]) -> SupportPolygon | None:
+    corners = [
+        sole_corners(c.sole, c.T_world_anchor) for c in supports if isinstance(c, SoleContact)
+    ]
+    corners += [np.array([c.p_world]) for c in supports if isinstance(c, PointContact)]
+    return SupportPolygon.of_points(np.vstack(corners)) if corners else None
 
 
 def _pushing(scenario: schema.Scenario) -> dict[str, tuple[str, ...]]:

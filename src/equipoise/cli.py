@@ -168,13 +168,26 @@ def export(run_folder: Path, kind: str, to: Path | None) -> None:
 
 @cli.command()
 @click.argument("name", required=False)
+@click.argument("file", required=False)
 @click.option("--path", "only_path", is_flag=True, help="Print only the URDF's path.")
-def robots(name: str | None, only_path: bool) -> None:
-    """List the robots, or show what is known of NAME (a robot, or its URDF, YAML or folder)."""
+def robots(name: str | None, file: str | None, only_path: bool) -> None:
+    """List the robots, or show what is known of NAME (a robot, or its URDF, YAML or folder).
+
+    `equipoise robots new my.urdf > my.yaml` guesses soles, feet, palms, fingers and half-sitting of
+    a URDF or MJCF, for you to correct.
+    """
     from equipoise.console import print_robot, print_robots
     from equipoise.robots import get_robot, named_robots, robot_urdf_path
 
-    if name is None:
+    if name == "new":
+        from equipoise.robots.guess import guess_yaml
+
+        if file is None:
+            raise InputError("robots new needs a file", remedy="equipoise robots new my.urdf")
+        click.echo(guess_yaml(file), nl=False)
+    elif file is not None:
+        raise InputError("one robot at a time", given=f"{name} {file}")
+    elif name is None:
         if only_path:
             raise InputError("--path needs a robot", known=named_robots())
         print_robots(named_robots())

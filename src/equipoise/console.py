@@ -160,8 +160,10 @@ def print_robot(robot: Robot) -> None:
     frames = [name for name in robot.frame_names if name not in robot.joint_names]
     for line in (
         f"{robot.name}: {robot.na} actuated joints, {robot.mass:.2f} kg",
-        f"URDF:   {robot.urdf_path}",
+        f"file:   {robot.urdf_path}",
+        f"base:   {robot.base.kind}",
         f"soles:  {', '.join(s.frame for s in robot.soles) or 'none'}",
+        f"feet:   {', '.join(f.frame for f in robot.feet) or 'none'}",
         f"palms:  {', '.join(p.frame for p in robot.palms) or 'none'}",
         f"camera: {robot.camera or 'none'}",
         f"frames: {', '.join(frames)}",

@@ -10,7 +10,7 @@ import numpy as np
 from equipoise.analysis.joint_groups import JointGroup, joint_groups_of
 from equipoise.contacts import ReactionMargins
 from equipoise.errors import EquipoiseError, RunLogError
-from equipoise.robots.robot import NQ_BASE
+from equipoise.robots.base import FLOATING
 from equipoise.runlog import Run
 from equipoise.scenarios import schema
 from equipoise.scenarios.read import parse_scenario
@@ -79,7 +79,18 @@ class RunContext:
         """Return by sole one component (N,) of its reaction margins."""
         column = ReactionMargins.LABELS.index(kind)
         names = [name for name in self.run.names if name.startswith("margin/")]
-        return {name.removeprefix("margin/"): self.run[name][:, column] for name in names}
+        found = {name.removeprefix("margin/"): self.run[name][:, column] for name in names}
+        return {**found, **self._margins_of_feet(kind)}
+
+    def _margins_of_feet(self, kind: str) -> dict[str, Array]:
+        """Return the same of feet that are points, which have no pressure and no yaw."""
+        found = {}
+        specs = self.scenario.contacts.items() if kind in ("normal", "friction") else ()
+        for name, spec in specs:
+            if isinstance(spec, schema.FootContactSpec) and f"lam/{name}" in self.run:
+                x, y, z = self.run[f"lam/{name}"].T
+                found[name] = z if kind == "normal" else spec.friction * z - np.hypot(x, y)
+        return found
 
     def has(self, *channels: str) -> bool:
         """Return whether there are ticks, and numbers of all these channels in them."""
@@ -99,7 +110,11 @@ class RunContext:
         """Names of the actuated joints, from the log."""
         if "tau" in self.run.channels:
             return self.run.channels["tau"].labels
-        return self.run.channels["q"].labels[NQ_BASE:] if "q" in self.run.channels else ()
+        if "q" not in self.run.channels:
+            return ()
+        labels = self.run.channels["q"].labels
+        floats = labels[: len(FLOATING.position_names)] == FLOATING.position_names
+        return labels[FLOATING.nq :] if floats else labels
 
     @property
     def joint_groups(self) -> list[JointGroup]:

@@ -13,11 +13,12 @@ from equipoise.robots.registry import (
     robot_path,
     robot_urdf_path,
 )
-from equipoise.robots.robot import Palm, Robot, Sole
+from equipoise.robots.robot import Foot, Palm, Robot, Sole
 
 __all__ = [
     "ExtraMissingError",
     "Finding",
+    "Foot",
     "NamedRobot",
     "Palm",
     "Robot",

@@ -8,30 +8,17 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from equipoise.errors import NameNotFoundError, quoted
-from equipoise.robots.files.build import (
-    add_collision_pairs,
-    build_geometry,
-    build_model,
-    neighbouring_links,
-    take_hulls,
-)
+from equipoise.errors import NameNotFoundError
+from equipoise.robots.base import FLOATING, base_of
+from equipoise.robots.files.build import add_collision_pairs, take_hulls
 from equipoise.robots.files.check_model import check_model
-from equipoise.robots.files.check_tree import check_tree
-from equipoise.robots.files.description import Node
-from equipoise.robots.files.extras_schema import Extras
+from equipoise.robots.files.described import Described
 from equipoise.robots.files.finding import WARNING, Finding, raise_errors, tell_warnings
+from equipoise.robots.files.mjcf.read import describe_mjcf
+from equipoise.robots.files.mjcf.text import is_mjcf
 from equipoise.robots.files.source import Source, find_source
-from equipoise.robots.files.srdf import Semantics, read_srdf
-from equipoise.robots.robot import (
-    NQ_BASE,
-    Palm,
-    Robot,
-    Sole,
-    require_actuated_joints_of_one_dof,
-)
-
-HALF_SITTING = "half_sitting"
+from equipoise.robots.files.urdf import describe_urdf
+from equipoise.robots.robot import Foot, Palm, Robot, Sole
 
 
 def load_robot(
@@ -40,8 +27,12 @@ def load_robot(
     srdf_path: str | Path | None = None,
     extras_path: str | Path | None = None,
     package_dirs: Sequence[str | Path] = (),
+    base: str | None = None,
 ) -> Robot:
-    """Load a robot from its URDF, its YAML or the folder of either, adding a free base.
+    """Load a robot from its URDF or MJCF, its YAML, or the folder of either.
+
+    `base` is "floating" or "fixed"; without it the YAML decides, and else the URDF: a first link
+    called `world` is fixed, any other floats. An MJCF floats if it has a free joint.
 
     The SRDF (postures, pairs of links that need no collision check) and the YAML (soles, palms,
     camera, and what the URDF lacks) are taken from files of the same stem beside the URDF when
@@ -52,7 +43,11 @@ def load_robot(
     Raises: RobotFileError, NameNotFoundError.
     """
     robot, findings = load_and_check(
-        urdf_path, srdf_path=srdf_path, extras_path=extras_path, package_dirs=package_dirs
+        urdf_path,
+        srdf_path=srdf_path,
+        extras_path=extras_path,
+        package_dirs=package_dirs,
+        base=base,
     )
     tell_warnings(Path(urdf_path), findings)
     return robot
@@ -64,113 +59,108 @@ def load_and_check(
     srdf_path: str | Path | None = None,
     extras_path: str | Path | None = None,
     package_dirs: Sequence[str | Path] = (),
+    base: str | None = None,
 ) -> tuple[Robot, list[Finding]]:
     """Return what `load_robot` returns, and the warnings.
 
     Raises: RobotFileError, NameNotFoundError.
     """
     source = find_source(urdf_path, srdf_path=srdf_path, extras_path=extras_path)
-    urdf = source.urdf
-    tree = source.tree()
-    checked, findings = check_tree(tree, urdf, package_dirs)
-    raise_errors(urdf, findings)
-    robot = _built(source, tree, checked, findings)
-    return robot, findings
+    described = _described(source, base or source.extras.base, package_dirs)
+    robot = _built(source, described)
+    return robot, described.findings
 
 
-def _built(source: Source, tree: Node, checked: Node, findings: list[Finding]) -> Robot:
-    """Return the robot of a checked tree; add what is found while it is built.
+def _described(source: Source, base: str | None, package_dirs: Sequence[str | Path]) -> Described:
+    if is_mjcf(source.urdf):
+        return describe_mjcf(source.urdf, source.extras, base)
+    return describe_urdf(source, base, package_dirs)
+
+
+def _built(source: Source, described: Described) -> Robot:
+    """Return the robot of a description; add what is found while it is built.
 
     Raises: RobotFileError, NameNotFoundError.
     """
-    urdf, extras = source.urdf, source.extras
-    semantics = read_srdf(source.srdf) if source.srdf else None
-
-    model = build_model(checked)
-    require_actuated_joints_of_one_dof(model)
-    capsules = extras.has_capsules
-    collision = build_geometry(checked, model, pin.GeometryType.COLLISION, as_capsules=capsules)
-    findings += take_hulls(model, collision)
-    visual = build_geometry(checked, model, pin.GeometryType.VISUAL, as_capsules=capsules)
-    disabled = semantics.disabled_pairs if semantics else neighbouring_links(model, collision)
-    add_collision_pairs(model, collision, disabled)
+    extras, model, collision = source.extras, described.model, described.collision
+    described.findings += take_hulls(model, collision)
+    add_collision_pairs(model, collision, described.disabled)
     soles = tuple(Sole(**entry.model_dump()) for entry in extras.soles)
-    q = half_sitting_configuration(model, _posture(extras, semantics), soles)
-    raise_errors(urdf, check_model(model, q))
-    findings += unknown_links(source.srdf, semantics, model)
-    if not soles:
-        remedy = f"List the soles in {source.yaml.name}"
-        findings.append(Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy))
+    feet = tuple(Foot(**entry.model_dump()) for entry in extras.feet)
+    posture = extras.half_sitting
+    if posture is None:
+        posture = described.postures[described.start] if described.start else {}
+    posture = {name: q for name, q in posture.items() if name not in described.coupled}
+    q = half_sitting_configuration(model, posture, soles, feet)
+    raise_errors(source.urdf, check_model(model, q))
+    if not (soles or feet) and described.base is FLOATING:
+        remedy = f"List the soles (or feet) in {source.yaml.name}, or say base: fixed there"
+        described.findings.append(
+            Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy)
+        )
     return Robot(
-        name=extras.name or tree.get("name") or urdf.stem,
+        name=extras.name or described.name or source.urdf.stem,
         model=model,
         collision_model=collision,
-        visual_model=visual,
-        urdf_path=urdf.resolve(),
+        visual_model=described.visual,
+        urdf_path=source.urdf.resolve(),
         soles=soles,
         palms=tuple(Palm(**entry.model_dump()) for entry in extras.palms),
         camera=extras.camera,
         q_half_sitting=q,
         parts=extras.links_of_parts,
+        postures=described.postures,
+        feet=feet,
     )
 
 
-def unknown_links(
-    srdf: Path | None, semantics: Semantics | None, model: pin.Model
-) -> list[Finding]:
-    """Warn of disabled collision pairs with a link that does not exist: they disable nothing."""
-    if srdf is None or semantics is None:
-        return []
-    known = {frame.name for frame in model.frames}
-    unknown = sorted({link for pair in semantics.disabled_pairs for link in pair} - known)
-    return [
-        Finding(WARNING, f"{srdf.name}, link {quoted(link)}", "no such link", "Correct its name")
-        for link in unknown
-    ]
-
-
 def half_sitting_configuration(
-    model: pin.Model, posture: dict[str, float], soles: tuple[Sole, ...]
+    model: pin.Model,
+    posture: dict[str, float],
+    soles: tuple[Sole, ...],
+    feet: tuple[Foot, ...] = (),
 ) -> np.ndarray:
-    """Return q (nq,): upright base, the soles' lowest corner at z = 0, middle at x = y = 0.
+    """Return q (nq,): upright base, the lowest of soles and feet at z = 0, middle at x = y = 0.
 
+    A fixed base is where it is.
     Joints that the posture does not name are at zero, or at the nearest limit to it.
 
     Raises: NameNotFoundError for a joint or sole frame that does not exist.
     """
-    q = pin.neutral(model)
-    q[NQ_BASE:] = np.clip(
-        0.0, model.lowerPositionLimit[NQ_BASE:], model.upperPositionLimit[NQ_BASE:]
-    )
+    q, base = pin.neutral(model), base_of(model)
+    low, high = model.lowerPositionLimit, model.upperPositionLimit
+    q[base.nq :] = np.clip(0.0, low[base.nq :], high[base.nq :])
     names = list(model.names)
+    joints = names[base.first_joint :]
     for joint, angle in posture.items():
-        if joint not in names[2:]:
+        if joint not in joints:
             raise NameNotFoundError(
-                "actuated joint (named by the half-sitting posture)", joint, names[2:]
+                "actuated joint (named by the half-sitting posture)", joint, joints
             )
         q[model.joints[names.index(joint)].idx_q] = angle
-    if soles:
-        q[:3] -= _middle_and_floor(model, q, soles)
+    if (soles or feet) and base is FLOATING:
+        q[:3] -= _middle_and_floor(model, q, soles, feet)
     return q
 
 
-def _middle_and_floor(model: pin.Model, q: np.ndarray, soles: tuple[Sole, ...]) -> np.ndarray:
-    """Return the x and y of the soles' middle and the z of their lowest corner [m], world axes."""
+def _middle_and_floor(
+    model: pin.Model, q: np.ndarray, soles: tuple[Sole, ...], feet: tuple[Foot, ...]
+) -> np.ndarray:
+    """Return the x and y of the middle of soles and feet and the z of their lowest point [m]."""
     data = model.createData()
     pin.framesForwardKinematics(model, data, q)
     frames = {frame.name: index for index, frame in enumerate(model.frames)}
     origins, corners = [], []
-    for sole in soles:
-        if sole.frame not in frames:
-            raise NameNotFoundError(f"frame (wanted by sole {sole.name!r})", sole.frame, frames)
-        placement = data.oMf[frames[sole.frame]]
+    standing: tuple[Sole | Foot, ...] = (*soles, *feet)
+    for one in standing:
+        kind = "sole" if isinstance(one, Sole) else "foot"
+        if one.frame not in frames:
+            raise NameNotFoundError(f"frame (wanted by {kind} {one.name!r})", one.frame, frames)
+        placement = data.oMf[frames[one.frame]]
         origins.append(placement.translation.copy())
-        corners += [placement.act(corner) for corner in sole.corners]
+        if isinstance(one, Sole):
+            corners += [placement.act(corner) for corner in one.corners]
+        else:
+            corners.append(placement.translation - np.array([0.0, 0.0, one.radius]))
     middle = np.mean(origins, axis=0)
     return np.array([middle[0], middle[1], min(corner[2] for corner in corners)])
-
-
-def _posture(extras: Extras, semantics: Semantics | None) -> dict[str, float]:
-    if extras.half_sitting is not None:
-        return dict(extras.half_sitting)
-    return semantics.postures.get(HALF_SITTING, {}) if semantics else {}

@@ -11,13 +11,9 @@ from typing import TypeVar
 import numpy as np
 import pinocchio as pin
 
-from equipoise.errors import InputError, NameNotFoundError, NonFiniteError, RobotFileError
+from equipoise.errors import InputError, NameNotFoundError, NonFiniteError
 from equipoise.kinematics import Kinematics, kinematics_at
-
-BASE_VELOCITY_NAMES = ("base_x", "base_y", "base_z", "base_roll", "base_pitch", "base_yaw")
-BASE_POSITION_NAMES = ("x", "y", "z", "qx", "qy", "qz", "qw")
-NQ_BASE = 7
-NV_BASE = 6
+from equipoise.robots.base import Base, base_of, require_joints_of_one_dof
 
 
 @dataclass(frozen=True)
@@ -53,18 +49,29 @@ class Palm:
     skin: float = 0.0
 
 
-Surface = TypeVar("Surface", Sole, Palm)
+@dataclass(frozen=True)
+class Foot:
+    """A foot that touches the ground in a point: `radius` [m] below the origin of its frame."""
+
+    name: str
+    frame: str
+    radius: float = 0.0
+
+
+Surface = TypeVar("Surface", Sole, Palm, Foot)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot:
-    """Hold a checked robot with a free base.
+    """Hold a checked robot with a floating or a fixed base.
 
     Configurations q (nq,) are [base position, base quaternion xyzw, joints]; velocities v (nv,)
-    are [base linear, base angular, both in base axes, joint rates]. Build it with `get_robot` or
+    are [base linear, base angular, both in base axes, joint rates]. With a fixed base both are
+    joints only, and the first link stands at the origin of the world. Build it with `get_robot` or
     `load_robot`. Treat `model` and the geometry models as read-only: copies with other masses
     come from `scaled`, `with_payload` and `with_unit_inertias`. `parts` are the links of the parts
-    of the body ("left_forearm"), which robots have in common.
+    of the body ("left_forearm"), which robots have in common; `postures` what the description
+    calls one: name -> joint -> coordinate [rad or m].
     """
 
     name: str
@@ -77,12 +84,15 @@ class Robot:
     camera: str | None
     q_half_sitting: np.ndarray
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    feet: tuple[Foot, ...] = ()
 
     def __post_init__(self) -> None:
-        require_actuated_joints_of_one_dof(self.model)
+        require_joints_of_one_dof(self.model)
         object.__setattr__(self, "q_half_sitting", _read_only(self.q_half_sitting))
-        for frame in [*(s.frame for s in self.soles), *(p.frame for p in self.palms)]:
-            self.frame_id(frame)
+        surfaces: tuple[Sole | Palm | Foot, ...] = (*self.soles, *self.palms, *self.feet)
+        for surface in surfaces:
+            self.frame_id(surface.frame)
         if self.camera is not None:
             self.frame_id(self.camera)
         for link in (link for links in self.parts.values() for link in links):
@@ -101,45 +111,50 @@ class Robot:
         """Return the length of a velocity."""
         return self.model.nv
 
-    @property
+    @cached_property
+    def base(self) -> Base:
+        """Return the kind of base: `robot.base.kind` is "floating" or "fixed"."""
+        return base_of(self.model)
+
+    @cached_property
     def nq_base(self) -> int:
         """Return how many entries of a configuration belong to the base."""
-        return NQ_BASE
+        return self.base.nq
 
-    @property
+    @cached_property
     def nv_base(self) -> int:
         """Return how many entries of a velocity belong to the base."""
-        return NV_BASE
+        return self.base.nv
 
     @property
     def base_position_names(self) -> tuple[str, ...]:
         """Return a name for each entry of a configuration that belongs to the base."""
-        return BASE_POSITION_NAMES
+        return self.base.position_names
 
     @property
     def base_position_units(self) -> tuple[str, ...]:
         """Return their units."""
-        return (*("m",) * 3, *("",) * 4)
+        return self.base.position_units
 
     @property
     def base_velocity_units(self) -> tuple[str, ...]:
         """Return the unit of each entry of a velocity that belongs to the base."""
-        return (*("m/s",) * 3, *("rad/s",) * 3)
+        return self.base.velocity_units
 
     @cached_property
     def na(self) -> int:
         """Return the number of actuated joints."""
-        return self.model.nv - NV_BASE
+        return self.model.nv - self.nv_base
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Return the actuated joints in the order of v[nv_base:]."""
-        return tuple(self.model.names)[2:]
+        return tuple(self.model.names)[self.base.first_joint :]
 
     @cached_property
     def velocity_names(self) -> tuple[str, ...]:
         """Return a name for each entry of v."""
-        return (*BASE_VELOCITY_NAMES, *self.joint_names)
+        return (*self.base.velocity_names, *self.joint_names)
 
     @cached_property
     def frame_names(self) -> tuple[str, ...]:
@@ -149,26 +164,26 @@ class Robot:
     @cached_property
     def q_min(self) -> np.ndarray:
         """Return the lower joint limits [rad or m] (na,)."""
-        return _read_only(self.model.lowerPositionLimit[NQ_BASE:])
+        return _read_only(self.model.lowerPositionLimit[self.nq_base :])
 
     @cached_property
     def q_max(self) -> np.ndarray:
         """Return the upper joint limits [rad or m] (na,)."""
-        return _read_only(self.model.upperPositionLimit[NQ_BASE:])
+        return _read_only(self.model.upperPositionLimit[self.nq_base :])
 
     @cached_property
     def v_max(self) -> np.ndarray:
         """Return the joint speed limits [rad/s or m/s] (na,), all positive."""
-        return _read_only(self.model.upperVelocityLimit[NV_BASE:])
+        return _read_only(self.model.upperVelocityLimit[self.nv_base :])
 
     @cached_property
     def tau_max(self) -> np.ndarray:
         """Return the joint torque limits [N m or N] (na,), all positive."""
-        return _read_only(self.model.upperEffortLimit[NV_BASE:])
+        return _read_only(self.model.upperEffortLimit[self.nv_base :])
 
     @cached_property
     def mass(self) -> float:
-        """Return the total mass [kg]."""
+        """Return the mass [kg] of all that moves: a fixed first link is left out."""
         return float(sum(inertia.mass for inertia in self.model.inertias[1:]))
 
     def frame_id(self, frame: str | int) -> int:
@@ -212,6 +227,13 @@ class Robot:
         Raises: NameNotFoundError.
         """
         return _by_name(f"sole on robot {self.name}:", name, self.soles)
+
+    def foot(self, name: str) -> Foot:
+        """Return a foot that is a point, by name.
+
+        Raises: NameNotFoundError.
+        """
+        return _by_name(f"foot on robot {self.name}:", name, self.feet)
 
     def palm(self, name: str) -> Palm:
         """Return a palm by name.
@@ -267,24 +289,6 @@ class Robot:
     def _frame_ids(self) -> dict[str, int]:
         # A joint and a link may share a name: the link's frame (the later one) is meant.
         return {frame.name: index for index, frame in enumerate(self.model.frames)}
-
-
-def require_actuated_joints_of_one_dof(model: pin.Model) -> None:
-    """Refuse a model that is not a free base followed by joints with one q and one v each.
-
-    Raises: RobotFileError.
-    """
-    if model.njoints < 2 or model.joints[1].nq != NQ_BASE or model.joints[1].nv != NV_BASE:
-        raise RobotFileError(
-            "The model has no free base", remedy="Load it with load_robot, which adds one"
-        )
-    for joint, name in zip(model.joints[2:], list(model.names)[2:], strict=True):
-        if joint.nq != 1 or joint.nv != 1:
-            raise RobotFileError(
-                f"Joint {name!r} has {joint.nq} coordinates and {joint.nv} speeds, wanted 1 and 1",
-                given=joint.shortname(),
-                remedy="Make it revolute or prismatic with limits, or fixed",
-            )
 
 
 def _by_name(kind: str, name: str, surfaces: Sequence[Surface]) -> Surface:

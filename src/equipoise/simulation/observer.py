@@ -161,20 +161,21 @@ class Observer:
         pairs: Sequence[Pair],
         tasks: Sequence[FramePoseTask],
         contacts: ContactStack,
-        polygon: SupportPolygon,
+        polygon: SupportPolygon | None,
     ) -> None:
         robot = scene.robot
         self.pairs, self.targets = PairProgram(scene, pairs), TargetList()
         numbers = [self.targets.number_of(task.target) for task in tasks]
         frames = list(dict.fromkeys(robot.frame_id(task.frame) for task in tasks))
         soles = [one for one in contacts.contacts if isinstance(one, SoleContact)]
+        edges = 0 if polygon is None else len(polygon.offsets)
         self.workspace = Workspace(
             {
                 "tree": tree_of(robot.model, frames),
                 "state": state_shapes(robot.nq, robot.nv, robot.model.njoints, len(frames)),
                 "targets": self.targets.shapes(),
                 "pairs": self.pairs.array_shapes(),
-                "seen": _seen_shapes(len(tasks), len(soles), len(contacts.contacts), polygon),
+                "seen": _seen_shapes(len(tasks), len(soles), len(contacts.contacts), edges),
             },
             stages=[FIND],
         )
@@ -183,7 +184,8 @@ class Observer:
         self.targets.fill(parts["targets"])
         self.pairs.fill(parts["pairs"])
         seen = parts["seen"]
-        seen.normals[:], seen.offsets[:] = polygon.normals, polygon.offsets
+        if polygon is not None:
+            seen.normals[:], seen.offsets[:] = polygon.normals, polygon.offsets
         seen.frame[:], seen.first_row[:] = -1, -1
         for k, (task, number) in enumerate(zip(tasks, numbers, strict=True)):
             seen.frame[k], seen.target[k] = frames.index(robot.frame_id(task.frame)), number
@@ -229,9 +231,9 @@ def distances_alone(
 
 
 def _seen_shapes(
-    tasks: int, soles: int, contacts: int, polygon: SupportPolygon
+    tasks: int, soles: int, contacts: int, edges: int
 ) -> list[tuple[str, Shape, bool]]:
-    k, s, c, p = max(tasks, 1), max(soles, 1), max(contacts, 1), len(polygon.offsets)
+    k, s, c, p = max(tasks, 1), max(soles, 1), max(contacts, 1), edges
     return SEEN.shapes(
         error=(k, 6), outline=(s, 5), margin=(s, 4), normals=(p, 2), offsets=p, edge=1, frame=k,
         target=k, first_row=s, of_state=len(STATE_CHANNELS), of_error=k, of_margin=s, of_lam=c,

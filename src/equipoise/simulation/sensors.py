@@ -94,9 +94,10 @@ class SensorSuite:
         self.robot, self.models = robot, models
         self._random = np.random.default_rng(seed)
         m, na = models, robot.na
-        parts = [(m.base_position, 3), (m.base_angle, 3), (m.joint_position, na)]
+        half = robot.nv_base // 2  # a fixed base is not measured
+        parts = [(m.base_position, half), (m.base_angle, half), (m.joint_position, na)]
         self._q = _Line(parts, dt, self._random)
-        parts = [(m.base_velocity, 3), (m.base_rate, 3), (m.joint_velocity, na)]
+        parts = [(m.base_velocity, half), (m.base_rate, half), (m.joint_velocity, na)]
         self._v = _Line(parts, dt, self._random)
         units = [unit for c in contacts.contacts for unit in c.units]
         parts = [(m.moment if unit == "N m" else m.force, 1) for unit in units]
@@ -111,15 +112,16 @@ class SensorSuite:
     ) -> tuple[list[int], list[int], list[int]]:
         """Return the silent entries of q, v and lam."""
         robot, name = self.robot, silence.sensor
+        nq, nv = robot.nq_base, robot.nv_base
         if name == BASE:
-            return list(range(7)), list(range(6)), []
+            return list(range(nq)), list(range(nv)), []
         if name == JOINT_POSITION:
-            return list(range(7, robot.nq)), [], []
+            return list(range(nq, robot.nq)), [], []
         if name == JOINT_VELOCITY:
-            return [], list(range(6, robot.nv)), []
+            return [], list(range(nv, robot.nv)), []
         if name in robot.joint_names:
             k = robot.joint_index(name)
-            return [7 + k], [6 + k], []
+            return [nq + k], [nv + k], []
         if name in contacts.rows:
             rows = contacts.rows[name]
             return [], [], list(range(rows.start, rows.stop))

@@ -158,7 +158,7 @@ def _sliding(channels: Channels, setup: Setup) -> Plot | None:
 
 
 def _balance(channels: Channels, setup: Setup) -> Plot | None:
-    if "com_margin" not in channels:
+    if "com_margin" not in channels or setup.polygon is None:
         return None
     curves = [Curve("CoM to the edge", _column("com_margin", 0, 1e3))]
     for name, channel in channels.items():

@@ -25,7 +25,7 @@ class BalanceLayer(Layer):
 
     def __init__(self, scene: viser.SceneApi, setup: Setup) -> None:
         self._setup = setup
-        corners = setup.polygon.vertices
+        corners = np.zeros((1, 2)) if setup.polygon is None else setup.polygon.vertices
         floor = np.column_stack([corners, np.full(len(corners), LIFT)])
         edges = np.stack([floor, np.roll(floor, -1, axis=0)], axis=1)
         self._nodes = [

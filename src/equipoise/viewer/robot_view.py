@@ -23,6 +23,7 @@ from equipoise.viewer.plain_text import in_markdown
 from equipoise.viewer.server import ViewerServer
 
 _AXES = 0.08  # [m]
+_WIDEST = 2.0 * np.pi  # [rad or m] either way that a slider goes
 
 
 class RobotView:
@@ -87,7 +88,8 @@ class RobotView:
         gui.main_panel.dock_right()
 
     def _add_slider(self, joint: int, name: str) -> viser.GuiSliderHandle[float]:
-        low, high = float(self.robot.q_min[joint]), float(self.robot.q_max[joint])
+        low = max(float(self.robot.q_min[joint]), -_WIDEST)
+        high = min(float(self.robot.q_max[joint]), _WIDEST)
         start = float(np.clip(self.q[self.robot.nq_base + joint], low, high))
         slider = self._server.gui.add_slider(
             name, low, max(high, low + 1e-6), max(1e-4, (high - low) / 2000.0), start

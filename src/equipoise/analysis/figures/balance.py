@@ -53,6 +53,8 @@ def balance_figure(context: RunContext) -> Figure | None:
     soles = [name for name in context.run if name.startswith("margin/") and context.has(name)]
     margins = [m for m in _MARGINS if any(m[0] in _labels(context, sole) for sole in soles)]
     seen_from_above = context.has("com") and context.known and context.run["com"].shape[1] >= 2
+    if context.known and context.setup.polygon is None:  # nothing to fall off
+        return None
     if not margins and not seen_from_above:
         return None
     figure = new_figure(13.3, 7.2, _title(context))
@@ -109,6 +111,7 @@ def _title(context: RunContext) -> str:
 
 def _draw_from_above(axes: Axes, context: RunContext) -> None:
     polygon = context.setup.polygon
+    assert polygon is not None
     axes.fill(*polygon.vertices.T, facecolor="#F2F5F8", edgecolor=SOFT, label="support polygon")
     for contact in context.setup.contacts.contacts:
         if isinstance(contact, SoleContact):

@@ -52,13 +52,15 @@ def errors_figure(context: RunContext) -> Figure | None:
 
 
 def _posture_panels(context: RunContext) -> list[Panel]:
-    if not context.has("dq") or context.run["dq"].shape[1] != 6 + len(context.joint_names):
+    if not context.has("dq"):
         return []
-    return [partial(_draw_posture, context), partial(_draw_base, context)]
+    base = context.run["dq"].shape[1] - len(context.joint_names)
+    panels: list[Panel] = [partial(_draw_posture, context)] if base in (0, 6) else []
+    return [*panels, partial(_draw_base, context)] if base == 6 else panels
 
 
 def _draw_posture(context: RunContext, axes: Axes) -> None:
-    error = 1e3 * np.abs(context.run["dq"][:, 6:])
+    error = 1e3 * np.abs(context.run["dq"][:, -len(context.joint_names) :])
     for k, limb in enumerate(context.joint_groups):
         largest = error[:, limb.joints].max(axis=1)
         look = curve_look(k, dashed=limb.title.startswith("Right"))

@@ -9,6 +9,8 @@ from equipoise.analysis.run_context import RunContext
 
 
 def _com_margin(context: RunContext) -> Found | None:
+    if context.setup.polygon is None:
+        return None
     return least([context.run["com_margin"][:, 0]], ["com"])
 
 

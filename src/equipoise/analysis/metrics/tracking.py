@@ -34,6 +34,8 @@ def _path(context: RunContext) -> float | None:
 
 
 def _base(context: RunContext) -> float | None:
+    if not context.setup.robot.nv_base:
+        return None
     return largest(lengths([context.run["dq"]], POSITION), context.settled)
 
 

@@ -14,6 +14,8 @@ from equipoise.spatial import Array, Indices
 
 _LENS_RADIUS = 0.03  # [m]
 _LENS_RGB = (0.08, 0.09, 0.11)
+_STICK_RADIUS = 0.012  # [m]
+_STICK_RGB = (0.72, 0.74, 0.77)
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,8 @@ class Picture:
 class SceneMeshes:
     """The shapes of a scene, tessellated once: the robot's visual shapes and all world bodies.
 
-    A robot without visual shapes is drawn by its collision shapes. Where the robot has a camera,
+    A robot without visual shapes is drawn by its collision shapes, one without these by sticks
+    from joint to joint. Where the robot has a camera,
     a dark ball stands for its lens, for the eye alone.
     """
 
@@ -69,11 +72,30 @@ class SceneMeshes:
 def _robot_parts(scene: Scene) -> list[Part]:
     robot = scene.robot
     shapes = list(robot.visual_model.geometryObjects) or robot.collision_model.geometryObjects
-    parts = _parts(shapes)
+    parts = _parts(shapes) or _sticks(robot.model)
     lens = tessellate(coal.Sphere(_LENS_RADIUS))
     if robot.camera is not None and lens is not None:
         frame = robot.model.frames[robot.frame_id(robot.camera)]
         parts.append(Part(frame.parentJoint, lens.moved(frame.placement), np.array(_LENS_RGB)))
+    return parts
+
+
+def _sticks(model: pin.Model) -> list[Part]:
+    """Return a ball for each joint, and a stick to it from the joint before."""
+    parts = []
+    for joint in range(1, model.njoints):
+        shapes = [(joint, coal.Sphere(1.5 * _STICK_RADIUS), pin.SE3.Identity())]
+        way = model.jointPlacements[joint].translation
+        length = float(np.linalg.norm(way))
+        if length > _STICK_RADIUS:
+            up = np.array([0.0, 0.0, 1.0])
+            turn = pin.Quaternion.FromTwoVectors(up, way / length).toRotationMatrix()
+            stick = coal.Capsule(_STICK_RADIUS, length)
+            shapes.append((model.parents[joint], stick, pin.SE3(turn, 0.5 * way)))
+        for carrier, shape, T in shapes:
+            mesh = tessellate(shape)
+            if mesh is not None:
+                parts.append(Part(carrier, mesh.moved(T), np.array(_STICK_RGB)))
     return parts
 
 

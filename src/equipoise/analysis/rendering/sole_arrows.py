@@ -38,6 +38,8 @@ def sole_contacts(setup: Setup) -> list[SoleContact]:
 def outer_sides(setup: Setup) -> dict[str, float]:
     """Return for each sole on which side of it the other soles are not: 1 left, -1 right."""
     anchors = {contact.name: contact.T_world_anchor for contact in sole_contacts(setup)}
+    if not anchors:
+        return {}
     middle = np.mean([T.translation for T in anchors.values()], axis=0)
     return {name: 1.0 if T.actInv(middle)[1] <= 0.0 else -1.0 for name, T in anchors.items()}
 

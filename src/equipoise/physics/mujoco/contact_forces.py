@@ -23,6 +23,7 @@ from equipoise.contacts import (
     ContactStack,
     GraspContact,
     MovingSurfaceContact,
+    PointContact,
     SoleContact,
     SurfaceContact,
 )
@@ -34,7 +35,7 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
 
-SOLE, GRASP, NORMAL = range(3)
+SOLE, GRASP, NORMAL, POINT = range(4)
 ARRAYS = Arrays(
     (
         *("lam", "violation", "wrenches", "sites", "sensors"),
@@ -86,6 +87,8 @@ class ContactForces:
                 part.supports[k] = contact.supporting
             else:
                 part.kinds[k] = GRASP if isinstance(contact, GraspContact) else NORMAL
+                if isinstance(contact, PointContact):
+                    part.kinds[k] = POINT
                 if contact.supporting:
                     self._other_supports.append(contact)
             if isinstance(contact, SurfaceContact | MovingSurfaceContact):
@@ -163,6 +166,8 @@ def read_contacts(
                 violation[0] = max(violation[0], gap(placements[a], anchors[k]))
         elif kinds[k] == GRASP:
             squeeze(placements[a], placements[b], wrenches[a], wrenches[b], lam, at)
+        elif kinds[k] == POINT:
+            lam[at], lam[at + 1], lam[at + 2] = wrenches[a, 0], wrenches[a, 1], wrenches[a, 2]
         else:
             n, w = normals[k], wrenches[a]
             lam[at] = n[0] * w[0] + n[1] * w[1] + n[2] * w[2]

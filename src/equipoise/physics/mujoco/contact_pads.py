@@ -17,6 +17,7 @@ from equipoise.contacts import (
     ContactStack,
     GraspContact,
     MovingSurfaceContact,
+    PointContact,
     SoleContact,
     SurfaceContact,
 )
@@ -36,9 +37,11 @@ from equipoise.physics.mujoco.robot_model import (
 from equipoise.robots import Robot
 
 SOLE_THICKNESS = 0.02  # [m]
+FOOT_RADIUS = 0.005  # [m] of a foot that is a point: it rolls by that much a radian
 BALL_RADIUS = 0.02  # [m] of the pad that slides on a smooth surface
 PLATE = (0.05, 0.04, 0.005)  # [m] half sides of the pad that pushes or holds an object
 _PRIORITY = 3
+_KINDS = (SoleContact, PointContact, GraspContact, SurfaceContact, MovingSurfaceContact)
 
 
 @dataclass(frozen=True)
@@ -82,12 +85,12 @@ def frames_of(robot: Kinematic, contact: Contact) -> tuple[int, ...]:
 
     Raises: `InputError` for a kind of contact that MuJoCo is not given.
     """
-    if isinstance(contact, GraspContact | SoleContact | SurfaceContact | MovingSurfaceContact):
+    if isinstance(contact, _KINDS):
         return tuple(dict.fromkeys(map(robot.frame_id, contact.frames)))
     raise InputError(
         f"the engine mujoco knows no contact of the kind of {contact.name!r}",
         given=type(contact).__name__,
-        known=("SoleContact", "GraspContact", "SurfaceContact"),
+        known=[kind.__name__ for kind in _KINDS],
     )
 
 
@@ -128,6 +131,8 @@ def add_pads(
     for contact in contacts.contacts:
         if isinstance(contact, SoleContact):
             _add_sole(mujoco, pads[frames_of(robot, contact)[0]], contact, options)
+        elif isinstance(contact, PointContact):
+            _add_foot(mujoco, pads[frames_of(robot, contact)[0]], contact, start, options)
         elif isinstance(contact, SurfaceContact) and contact.name in pushing:
             add_plate(
                 mujoco,
@@ -165,6 +170,22 @@ def _add_sole(mujoco: ModuleType, pad: Any, contact: SoleContact, options: Mujoc
             0.5 * (sole.y_max + sole.y_min),
             0.5 * SOLE_THICKNESS,
         ],
+        contype=LINK_BIT,
+        conaffinity=0,
+    )
+    _finish(mujoco, geom, options.sole_friction, options)
+
+
+def _add_foot(
+    mujoco: ModuleType, pad: Any, contact: PointContact, start: Kinematics, options: MujocoOptions
+) -> None:
+    """Add a small ball that touches the floor in the point of the contact."""
+    up = start.placement(contact.frame).rotation.T @ np.array([0.0, 0.0, FOOT_RADIUS])
+    geom = pad.add_geom(
+        name=in_model("foot", contact.name),
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[FOOT_RADIUS, 0.0, 0.0],
+        pos=np.asarray(contact.offset) + up,
         contype=LINK_BIT,
         conaffinity=0,
     )
@@ -234,18 +255,19 @@ def _add_surface(mujoco: ModuleType, world: Any, contact: SurfaceContact) -> Non
 
 
 def floor_height(contacts: ContactStack) -> float | None:
-    """Return the height [m] of the floor under the soles, None if nothing stands.
+    """Return the height [m] of the floor under soles and feet, None if nothing stands.
 
-    Raises: `InputError` if the soles do not stand on one level floor.
+    Raises: `InputError` if they do not stand on one level floor.
     """
     anchors = [c.T_world_anchor for c in contacts.contacts if isinstance(c, SoleContact)]
-    if not anchors:
+    points = [c.p_world for c in contacts.contacts if isinstance(c, PointContact) and c.supporting]
+    heights = [float(T.translation[2]) for T in anchors] + [float(p[2]) for p in points]
+    if not heights:
         return None
-    heights = [float(T.translation[2]) for T in anchors]
-    level = max(float(np.abs(T.rotation[:2, 2]).max()) for T in anchors)
+    level = max((float(np.abs(T.rotation[:2, 2]).max()) for T in anchors), default=0.0)
     if max(heights) - min(heights) > 1e-4 or level > 1e-4:
         raise InputError(
-            "the engine mujoco wants all soles on one level floor",
+            "the engine mujoco wants all soles and feet on one level floor",
             given=[round(h, 4) for h in heights],
         )
     return float(np.mean(heights))

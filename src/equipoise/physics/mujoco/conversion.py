@@ -25,27 +25,34 @@ WXYZ_FROM_XYZW = np.array([3, 0, 1, 2])
 class StateConversion:
     """Converts for one model: `qpos_joints`, `dof_joints` (na,) are MuJoCo's places of our joints.
 
-    The robot's free joint stands first in MuJoCo's arrays.
+    A floating robot's free joint stands first in MuJoCo's arrays; a robot whose base is fixed has
+    none, and no entries of a base in `q` and `v`.
     """
 
     def __init__(
-        self, qpos_joints: Array | Sequence[int], dof_joints: Array | Sequence[int]
+        self,
+        qpos_joints: Array | Sequence[int],
+        dof_joints: Array | Sequence[int],
+        *,
+        floating: bool = True,
     ) -> None:
+        self.nq_base, self.nv_base = (7, 6) if floating else (0, 0)
         self.qpos_joints = np.array(qpos_joints, dtype=np.int64)
         self.dof_joints = np.array(dof_joints, dtype=np.int64)
 
     def state(self, qpos: Array, qvel: Array) -> tuple[Array, Array]:
         """Return our configuration (nq,) and velocity (nv,) from MuJoCo's."""
         na = len(self.qpos_joints)
-        q, v = np.empty(7 + na), np.empty(6 + na)
+        q, v = np.empty(self.nq_base + na), np.empty(self.nv_base + na)
         read_state(qpos, qvel, self.qpos_joints, self.dof_joints, q, v)
         return q, v
 
     def write_q(self, q: Array, qpos: Array) -> None:
         """Write our configuration (nq,) into MuJoCo's positions."""
-        qpos[:3] = q[:3]
-        qpos[3:7] = q[3:7][WXYZ_FROM_XYZW]
-        qpos[self.qpos_joints] = q[7:]
+        if self.nq_base:
+            qpos[:3] = q[:3]
+            qpos[3:7] = q[3:7][WXYZ_FROM_XYZW]
+        qpos[self.qpos_joints] = q[self.nq_base :]
 
     def write_v(self, q: Array, v: Array, qvel: Array) -> None:
         """Write our velocity (nv,), or its dual, a force, into MuJoCo's at `q` (nq,)."""
@@ -61,20 +68,23 @@ def read_state(
     q: np.ndarray,
     v: np.ndarray,
 ) -> None:
-    """Write our q [nq], with a unit quaternion, and v [nv] from MuJoCo's."""
-    w, x, y, z = qpos[3], qpos[4], qpos[5], qpos[6]
-    length = math.sqrt(w * w + x * x + y * y + z * z)
-    for i in range(3):
-        q[i] = qpos[i]
-        q[3 + i] = qpos[4 + i] / length
-        v[3 + i] = qvel[3 + i]
-    q[6] = w / length
-    R = scratch(9)
-    base_axes(q, R)
-    v[0], v[1], v[2] = turned_back(R, qvel[0], qvel[1], qvel[2])
-    for i in range(qpos_joints.shape[0]):
-        q[7 + i] = qpos[qpos_joints[i]]
-        v[6 + i] = qvel[dof_joints[i]]
+    """Write our q [nq], with a unit quaternion if the base floats, and v [nv] from MuJoCo's."""
+    na = qpos_joints.shape[0]
+    first_q, first_v = q.shape[0] - na, v.shape[0] - na
+    if first_v > 0:
+        w, x, y, z = qpos[3], qpos[4], qpos[5], qpos[6]
+        length = math.sqrt(w * w + x * x + y * y + z * z)
+        for i in range(3):
+            q[i] = qpos[i]
+            q[3 + i] = qpos[4 + i] / length
+            v[3 + i] = qvel[3 + i]
+        q[6] = w / length
+        R = scratch(9)
+        base_axes(q, R)
+        v[0], v[1], v[2] = turned_back(R, qvel[0], qvel[1], qvel[2])
+    for i in range(na):
+        q[first_q + i] = qpos[qpos_joints[i]]
+        v[first_v + i] = qvel[dof_joints[i]]
 
 
 @entrance
@@ -82,13 +92,15 @@ def write_motion(
     q: np.ndarray, motion: np.ndarray, dof_joints: np.ndarray, theirs: np.ndarray
 ) -> None:
     """Write a velocity or a generalised force [nv] at our q [nq] into MuJoCo's array of it."""
-    R = scratch(9)
-    base_axes(q, R)
-    theirs[0], theirs[1], theirs[2] = turned(R, motion[0], motion[1], motion[2])
-    for i in range(3):
-        theirs[3 + i] = motion[3 + i]
+    first = motion.shape[0] - dof_joints.shape[0]
+    if first > 0:
+        R = scratch(9)
+        base_axes(q, R)
+        theirs[0], theirs[1], theirs[2] = turned(R, motion[0], motion[1], motion[2])
+        for i in range(3):
+            theirs[3 + i] = motion[3 + i]
     for i in range(dof_joints.shape[0]):
-        theirs[dof_joints[i]] = motion[6 + i]
+        theirs[dof_joints[i]] = motion[first + i]
 
 
 @compiled

@@ -119,7 +119,7 @@ class MujocoEngine:
         mj_step, t, fine = self.mujoco.mj_step, self._ticks * self._control_dt, True
         self.objects.let_go(t + OPENING_ERROR)
         period.force[:] = self.external
-        period.force[6:] += tau
+        period.force[self.robot.nv_base :] += tau
         period.begin()
         for _ in range(self.substeps):
             mj_step(compiled, simulated)
@@ -180,9 +180,10 @@ class MujocoEngine:
         gravity = pin.rnea(robot.model, robot.model.createData(), q, still, still)
         rows = self.contacts.supporting_rows
         J = self.contacts.jacobian(self._evaluator.at(q, still))[rows]
-        lam = np.linalg.lstsq(J[:, :6].T, gravity[:6], rcond=None)[0]
+        base = robot.nv_base
+        lam = np.linalg.lstsq(J[:, :base].T, gravity[:base], rcond=None)[0]
         self._lam[rows] = lam
-        return (gravity - J.T @ lam)[6:]
+        return (gravity - J.T @ lam)[base:]
 
     def write_mjcf(self, path: Path) -> Path:
         """Write the model as MJCF, to look at or to run elsewhere."""

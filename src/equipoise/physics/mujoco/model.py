@@ -111,4 +111,6 @@ def _add_light(mujoco: ModuleType, spec: Any) -> None:
 
 def _conversion(compiled: Any, robot: Robot) -> StateConversion:
     joints = [compiled.joint(of_joint(name)).id for name in robot.joint_names]
-    return StateConversion(compiled.jnt_qposadr[joints], compiled.jnt_dofadr[joints])
+    return StateConversion(
+        compiled.jnt_qposadr[joints], compiled.jnt_dofadr[joints], floating=robot.nv_base > 0
+    )

@@ -35,9 +35,9 @@ class Period:
     ) -> None:
         na, slides = len(conversion.dof_joints), len(sliding)
         shapes = ARRAYS.shapes(
-            q=7 + na,
-            v=6 + na,
-            force=6 + na,
+            q=conversion.nq_base + na,
+            v=conversion.nv_base + na,
+            force=conversion.nv_base + na,
             readings=len(simulated.sensordata),
             viscosity=slides,
             qpos_joints=na,

@@ -15,6 +15,7 @@ from equipoise.physics.mujoco.options import MujocoOptions
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
+LEAST_MASS, LEAST_INERTIA = 1e-9, 1e-12  # [kg], [kg m^2] of what has none between two joints
 WORLD_BIT, OBJECT_BIT, LINK_BIT, SURFACE_BIT, BALL_BIT = 1, 2, 4, 8, 16
 
 
@@ -23,11 +24,13 @@ def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOption
     model = robot.model
     axes = joint_axes(robot)
     bodies: list[Any] = [spec.worldbody]
+    if any(inertia.mass <= 0.0 for inertia in model.inertias[1:]):  # several joints at one body
+        spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
     for joint in range(1, model.njoints):
         body = bodies[model.parents[joint]].add_body(name=_body_name(robot, joint))
         place(body, model.jointPlacements[joint])
         set_inertia(body, model.inertias[joint])
-        if joint == 1:
+        if joint < robot.base.first_joint:
             body.add_freejoint(name=BASE)
         else:
             _add_joint(mujoco, body, robot, joint, axes[joint], options)
@@ -36,7 +39,7 @@ def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOption
 
 
 def _body_name(robot: Robot, joint: int) -> str:
-    return BASE if joint == 1 else of_joint(robot.model.names[joint])
+    return BASE if joint < robot.base.first_joint else of_joint(robot.model.names[joint])
 
 
 def joint_axes(robot: Robot) -> dict[int, Array]:
@@ -45,7 +48,7 @@ def joint_axes(robot: Robot) -> dict[int, Array]:
     q, context = pin.neutral(model), model.createData()
     pin.computeJointJacobians(model, context, q)
     axes = {}
-    for joint in range(2, model.njoints):
+    for joint in range(robot.base.first_joint, model.njoints):
         J = pin.getJointJacobian(model, context, joint, pin.ReferenceFrame.LOCAL)
         axes[joint] = J[:, model.idx_vs[joint]].copy()
     return axes
@@ -55,13 +58,13 @@ def _add_joint(
     mujoco: ModuleType, body: Any, robot: Robot, joint: int, axis: Array, options: MujocoOptions
 ) -> None:
     turning = bool(np.abs(axis[3:]).max() > 0.5)
-    i = robot.model.idx_vs[joint] - 6
+    i = robot.model.idx_vs[joint] - robot.nv_base
     added = body.add_joint(
         name=of_joint(robot.model.names[joint]),
         type=mujoco.mjtJoint.mjJNT_HINGE if turning else mujoco.mjtJoint.mjJNT_SLIDE,
         axis=axis[3:] if turning else axis[:3],
         frictionloss=options.joint_friction,
-        armature=options.armature,
+        armature=options.armature + float(robot.model.armature[robot.model.idx_vs[joint]]),
     )
     added.damping = _like(added.damping, options.joint_damping)
     low, high = float(robot.q_min[i]), float(robot.q_max[i])

@@ -11,6 +11,7 @@ import coal
 import pinocchio as pin
 
 from equipoise.errors import RobotFileError, one_line
+from equipoise.robots.base import FLOATING, Base
 from equipoise.robots.files.finding import WARNING, Finding
 from equipoise.robots.hulls import Hull, hull_of, is_mesh
 
@@ -18,14 +19,16 @@ ROOT_JOINT = "root_joint"
 MUCH = 1.5  # times the volume of a mesh that its convex hull may have without a word
 
 
-def build_model(tree: ElementTree.Element) -> pin.Model:
-    """Build the model with a free base.
+def build_model(tree: ElementTree.Element, base: Base = FLOATING) -> pin.Model:
+    """Build the model with a base of the given kind.
 
     Raises: RobotFileError if Pinocchio refuses the tree.
     """
     text = ElementTree.tostring(tree, encoding="unicode")
     try:
-        return pin.buildModelFromXML(text, pin.JointModelFreeFlyer(), ROOT_JOINT)
+        if base is FLOATING:
+            return pin.buildModelFromXML(text, pin.JointModelFreeFlyer(), ROOT_JOINT)
+        return pin.buildModelFromXML(text)
     except (RuntimeError, ValueError, ArithmeticError) as error:
         raise RobotFileError(f"Pinocchio cannot build the model: {one_line(error)}") from error
 
@@ -107,8 +110,10 @@ def neighbouring_links(model: pin.Model, geometry: pin.GeometryModel) -> set[tup
         links_of.setdefault(shape.parentJoint, set()).add(link_of(model, shape))
     parents, pairs = list(model.parents), set()
     for joint, links in links_of.items():
-        above = parents[joint] if joint > 0 else 0
+        if joint == 0:  # what is fixed to the world
+            continue
+        above = parents[joint]
         while above > 0 and above not in links_of:
             above = parents[above]
-        pairs |= {(a, b) for a in links for b in links_of.get(above, ()) if above > 0}
+        pairs |= {(a, b) for a in links for b in links_of.get(above, ())}
     return pairs

@@ -16,7 +16,8 @@ from equipoise.robots.files.values import (
     warn_unknown,
 )
 
-MOVING = {"revolute": ("rad", "N m"), "prismatic": ("m", "N")}
+MOVING = {"revolute": ("rad", "N m"), "prismatic": ("m", "N"), "continuous": ("rad", "N m")}
+TURNS = 200.0 * math.pi  # [rad] to either side, of a joint that turns without end
 KNOWN = (*MOVING, "fixed")
 CHILDREN = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")
 UNUSED = ("safety_controller", "calibration")
@@ -29,7 +30,7 @@ def check_joint(report: Report, node: Node, name: str, parent: str, child: str) 
     place = f"joint {name!r}"
     kind = node.get("type", "")
     warn_unknown(report, node, place, ("name", "type", *FOR_OTHERS), (*CHILDREN, *UNUSED))
-    clean = element("joint", name=name, type=kind)
+    clean = element("joint", name=name, type="revolute" if kind == "continuous" else kind)
     clean.append(element("parent", link=parent))
     clean.append(element("child", link=child))
     origin = read_origin(report, node, place)
@@ -40,19 +41,20 @@ def check_joint(report: Report, node: Node, name: str, parent: str, child: str) 
         clean.extend(_checked_axis(report, node, place))
         clean.extend(_checked_limit(report, node, place, kind))
         clean.extend(_checked_dynamics(report, node, place))
-        if node.find("mimic") is not None:
-            report.warning(
-                node,
-                place,
-                "<mimic> is not followed: the joint counts as actuated on its own",
-                remedy="Make it fixed if nothing drives it",
-            )
+    if node.find("mimic") is not None:
+        leader = only_child(report, node, place, "mimic")
+        other = "another" if leader is None else repr(leader.get("joint", ""))
+        report.warning(
+            node,
+            place,
+            f"it is coupled to joint {other} by <mimic>, which is not followed: both are locked",
+            remedy="Lock it by itself (locked, in the robot's YAML) to move the other alone",
+        )
     return clean
 
 
 def _refuse_type(report: Report, node: Node, place: str, kind: str) -> None:
     remedies = {
-        "continuous": "Make it revolute with limits such as -3.14 and 3.14, or fixed",
         "floating": "Leave it out: the root link gets a free base by itself",
         "planar": "Write two prismatic joints and one revolute joint",
     }
@@ -90,8 +92,13 @@ def _checked_limit(report: Report, node: Node, place: str, kind: str) -> list[No
     warn_unknown(report, limit, place, ("lower", "upper", "velocity", "effort"))
     effort = read_positive(report, limit, place, "effort", effort_unit)
     velocity = read_positive(report, limit, place, "velocity", f"{unit}/s")
-    lower = read_number(report, limit, place, "lower")
-    upper = read_number(report, limit, place, "upper")
+    lower: float | None = -TURNS
+    upper: float | None = TURNS
+    if kind != "continuous" or limit.get("lower") is not None:
+        lower = read_number(report, limit, place, "lower")
+        upper = read_number(report, limit, place, "upper")
+    if kind == "continuous" and lower == upper == 0.0:  # what some exporters write for no limit
+        lower, upper = -TURNS, TURNS
     if effort is None or velocity is None or lower is None or upper is None:
         return []
     if lower >= upper:

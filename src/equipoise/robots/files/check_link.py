@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,8 @@ Colours = Mapping[str, tuple[float, ...]]  # material -> red, green, blue, opaci
 
 INERTIA_KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 SHAPES = ("box", "cylinder", "sphere", "mesh")
+NEGLIGIBLE, LIGHT = 1e-5, 0.5  # [kg m^2], [kg] up to which a wrong inertia is mended, and told
+BALL = 0.4e-4  # [m^2] two fifths of the square of 1 cm
 INERTIA_TOLERANCE = 1e-6  # relative; covers the rounding of printed numbers
 
 
@@ -68,6 +70,10 @@ def _check_inertial(report: Report, node: Node, place: str, clean: Node) -> Chec
         return CheckedLink(clean)
     if mass == 0.0 and not any(terms):
         return CheckedLink(clean)
+    if mass == 0.0 and np.abs(terms).max() <= NEGLIGIBLE:
+        problem = "an inertia without a mass, too small to count, is left out"
+        report.warning(inertia_node, place, problem)
+        return CheckedLink(clean)
     if mass <= 0.0:
         report.error(
             mass_node,
@@ -77,7 +83,7 @@ def _check_inertial(report: Report, node: Node, place: str, clean: Node) -> Chec
             remedy="Give the true mass [kg], or leave <inertial> out of a fixed massless frame",
         )
         return CheckedLink(clean)
-    smallest = _checked_inertia(report, inertia_node, place, terms)
+    terms, smallest = _checked_inertia(report, inertia_node, place, terms, mass)
     part = element("inertial")
     part.extend([] if origin is None else [origin])
     part.append(element("mass", value=mass))
@@ -86,11 +92,14 @@ def _check_inertial(report: Report, node: Node, place: str, clean: Node) -> Chec
     return CheckedLink(clean, mass, smallest > 0.0)
 
 
-def _checked_inertia(report: Report, node: Node, place: str, terms: Sequence[float]) -> float:
-    """Check that some body has this inertia about its centre of mass; return the least moment.
+def _checked_inertia(
+    report: Report, node: Node, place: str, terms: list[float], mass: float
+) -> tuple[list[float], float]:
+    """Check that some body has this inertia; return it and its least moment.
 
     A least moment of zero belongs to a thin rod or a point: a link may have it only beside other
-    masses that are fixed to it (see `check_tree`).
+    masses that are fixed to it (see `check_tree`). What no body has, but is too small to count, is
+    replaced by the inertia of a small ball of this mass.
     """
     ixx, ixy, ixz, iyy, iyz, izz = terms
     principal = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
@@ -102,16 +111,27 @@ def _checked_inertia(report: Report, node: Node, place: str, terms: Sequence[flo
         problem = (
             "no body has this inertia: the largest principal moment exceeds the sum of the others"
         )
+    negligible = abs(principal).max() <= NEGLIGIBLE and mass <= LIGHT
+    given = ", ".join(f"{moment:.6g}" for moment in principal) + " kg m^2 (principal moments)"
+    if problem and negligible:
+        ball = max(BALL * mass, float(abs(principal).max()))
+        report.warning(
+            node,
+            place,
+            f"{problem}; it is too small to count: that of a ball, {ball:.2g} kg m^2, is taken",
+            given=given,
+            remedy="Leave <inertial> out of a link that is only a frame",
+        )
+        return [ball, 0.0, 0.0, ball, 0.0, ball], ball
     if problem:
         report.error(
             node,
             place,
             problem,
-            given=", ".join(f"{moment:.6g}" for moment in principal)
-            + " kg m^2 (principal moments)",
+            given=given,
             remedy="Check the units (kg m^2) and the signs of the products of inertia",
         )
-    return float(principal[0])
+    return terms, float(principal[0])
 
 
 def _check_shape(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from equipoise.robots.base import base_of
 from equipoise.robots.files.finding import ERROR, Finding
 from equipoise.robots.files.values import LIMIT_SLACK
-from equipoise.robots.robot import NQ_BASE, NV_BASE
 
 # Smallest eigenvalue of the inertia matrix scaled to a unit diagonal; below it the matrix is
 # singular to double precision (about 50 coordinates times 2e-16, with a margin).
@@ -52,15 +52,16 @@ def inertia_problem(model: pin.Model, q: np.ndarray) -> str:
 
 def _check_limits(model: pin.Model) -> list[Finding]:
     """Check that Pinocchio holds finite limits of the right sign for every actuated joint."""
+    base = base_of(model)
     rows = {
-        "position": model.upperPositionLimit[NQ_BASE:] - model.lowerPositionLimit[NQ_BASE:],
-        "velocity": model.upperVelocityLimit[NV_BASE:],
-        "effort": model.upperEffortLimit[NV_BASE:],
+        "position": model.upperPositionLimit[base.nq :] - model.lowerPositionLimit[base.nq :],
+        "velocity": model.upperVelocityLimit[base.nv :],
+        "effort": model.upperEffortLimit[base.nv :],
     }
     return [
         Finding(ERROR, f"joint {name!r}", f"its {kind} limits are not usable", given=f"{value}")
         for kind, values in rows.items()
-        for name, value in zip(list(model.names)[2:], values, strict=True)
+        for name, value in zip(list(model.names)[base.first_joint :], values, strict=True)
         if not (np.isfinite(value) and value > 0.0)
     ]
 
@@ -69,7 +70,8 @@ def _check_posture(model: pin.Model, q: np.ndarray) -> list[Finding]:
     """Check that the half-sitting posture is finite and inside the joint limits."""
     findings = []
     low, high = model.lowerPositionLimit, model.upperPositionLimit
-    for index, name in enumerate(list(model.names)[2:], start=NQ_BASE):
+    base = base_of(model)
+    for index, name in enumerate(list(model.names)[base.first_joint :], start=base.nq):
         if not low[index] - LIMIT_SLACK <= q[index] <= high[index] + LIMIT_SLACK:
             findings.append(
                 Finding(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from equipoise.errors import quoted
+from equipoise.robots.base import FLOATING, Base
 from equipoise.robots.files.check_joint import MOVING, check_joint
 from equipoise.robots.files.check_link import CheckedLink, check_link, read_colour
 from equipoise.robots.files.check_top import check_top
@@ -23,12 +24,13 @@ RESERVED = ("universe", "root_joint")
 
 
 def check_tree(
-    tree: Node, path: Path, package_dirs: Sequence[str | Path] = ()
+    tree: Node, path: Path, package_dirs: Sequence[str | Path] = (), base: Base = FLOATING
 ) -> tuple[Node, list[Finding]]:
     """Return a clean copy of a URDF tree and what was found.
 
     The copy holds only what was checked (links, joints, shapes, colours), with numbers rewritten
-    exactly and mesh paths made absolute. Use it only if no finding is an error.
+    exactly and mesh paths made absolute. With a fixed `base` the first link needs no
+    mass. Use the copy only if no finding is an error.
     """
     report = Report()
     check_top(report, tree)
@@ -46,7 +48,8 @@ def check_tree(
 
     clean = element("robot", name=tree.get("name") or path.stem)
     moving = {child for name, (_, child) in ends.items() if joints[name].get("type") in MOVING}
-    moving |= {name for name in links if name not in {child for _, child in ends.values()}}
+    if base is FLOATING:
+        moving |= {name for name in links if name not in {child for _, child in ends.values()}}
     meshes, colours = MeshFolders(path, package_dirs), _colours(report, tree)
     checked = {
         name: check_link(report, node, name, meshes=meshes, colours=colours)
@@ -157,9 +160,9 @@ def _check_moving_masses(
     carried: dict[str, list[CheckedLink]] = {name: [] for name in moving}
     for name, link in checked.items():
         carrier = name
-        while carrier not in moving:
+        while carrier not in moving and carrier in fixed_parent:
             carrier = fixed_parent[carrier]
-        if link.mass > 0.0:
+        if link.mass > 0.0 and carrier in carried:  # what is fixed to the world needs no mass
             carried[carrier].append(link)
     for name, link in checked.items():
         if link.mass > HEAVIEST:

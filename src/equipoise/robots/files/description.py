@@ -37,7 +37,7 @@ def read_description(path: Path) -> Node:
 
     Raises: RobotFileError if it is unreadable, too large, not XML, or carries a DOCTYPE.
     """
-    root = parse(_read_bytes(path), path)
+    root = parse(read_bytes(path), path)
     if root.tag != "robot":
         raise RobotFileError(
             f"{path} is not a robot description: its outermost element is <{root.tag}>",
@@ -91,7 +91,8 @@ def parse(content: bytes, path: Path) -> Node:
         ) from error
 
 
-def _read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path) -> bytes:
+    """Return the bytes of a file of bounded size. Raises: RobotFileError."""
     try:
         if not path.is_file():
             raise RobotFileError(f"There is no file {path}", remedy="Give the path of a URDF file")

@@ -45,6 +45,14 @@ class SoleEntry(Entry):
         return self
 
 
+class FootEntry(Entry):
+    """A foot that is a point: it touches the ground `radius` [m] below the origin of its frame."""
+
+    name: Name
+    frame: Name
+    radius: Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1.0, strict=True)] = 0.0
+
+
 class PalmEntry(Entry):
     """A hand's contact frame; `skin` [m] is how far out along its z the hand's surface lies."""
 
@@ -137,8 +145,11 @@ class Extras(Entry):
     name: Name | None = None
     summary: Name | Literal[""] = ""
     urdf: SourceEntry | Name | None = None
+    mjcf: SourceEntry | Name | None = None
+    base: Literal["floating", "fixed"] | None = None
     cylinders_are_capsules: bool = False
     soles: tuple[SoleEntry, ...] = ()
+    feet: tuple[FootEntry, ...] = ()
     palms: tuple[PalmEntry, ...] = ()
     camera: Name | None = None
     half_sitting: dict[Name, Finite] | None = None
@@ -150,9 +161,17 @@ class Extras(Entry):
     parts: dict[Name, Name | tuple[Name, ...]] = {}
 
     @model_validator(mode="after")
+    def _one_description(self) -> Extras:
+        if self.urdf is not None and self.mjcf is not None:
+            raise ValueError("give urdf or mjcf, not both")
+        return self
+
+    @model_validator(mode="after")
     def _unique_names(self) -> Extras:
         for kind in ("soles", "palms", "frames"):
             names = [entry.name for entry in getattr(self, kind)]
+            if kind == "soles":  # both are what a robot stands on
+                names += [entry.name for entry in self.feet]
             repeated = sorted({name for name in names if names.count(name) > 1})
             if repeated:
                 raise ValueError(f"{kind[:-1]} name given twice: {', '.join(repeated)}")

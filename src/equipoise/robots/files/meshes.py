@@ -28,7 +28,7 @@ class MeshFolders:
 
     def __init__(self, urdf: Path, package_dirs: Sequence[str | Path] = ()) -> None:
         self._home = urdf.resolve().parent
-        self._around = _around(self._home)
+        self._around = around(self._home)
         self._package_dirs = [Path(folder).resolve() for folder in package_dirs]
 
     def checked(self, report: Report, node: Node, place: str) -> Node | None:
@@ -82,7 +82,8 @@ class MeshFolders:
     def _candidates(self, given: str) -> tuple[list[Path] | None, str]:
         """Return the folders a mesh may lie in and its path there; None for a refused form."""
         if given.startswith(PACKAGE):
-            name, _, rest = given[len(PACKAGE) :].partition("/")
+            # three slashes are a slip of old exporters
+            name, _, rest = given[len(PACKAGE) :].removeprefix("/").partition("/")
             if name in ("", ".", ".."):
                 return None, ""
             roots = [folder / name for folder in self._package_dirs if (folder / name).is_dir()]
@@ -93,7 +94,7 @@ class MeshFolders:
         return [self._home], given
 
 
-def _around(home: Path) -> Path:
+def around(home: Path) -> Path:
     """Return the folder that a URDF's relative mesh paths may lead about in."""
     above = [folder for folder in (home, *home.parents) if folder.parent != folder]
     for folder in above[:PACKAGE_DEPTH]:

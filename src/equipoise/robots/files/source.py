@@ -10,6 +10,7 @@ from equipoise.errors import RobotFileError
 from equipoise.robots.files.description import Node, read_description
 from equipoise.robots.files.extras import read_extras
 from equipoise.robots.files.extras_schema import Extras, SourceEntry
+from equipoise.robots.files.mimic import lock_coupled
 from equipoise.robots.files.supplement import supplement
 
 YAML = (".yaml", ".yml")
@@ -29,12 +30,14 @@ class Source:
     srdf: Path | None
     extras: Extras
 
-    def tree(self) -> Node:
+    def tree(self) -> tuple[Node, set[str]]:
         """Return the URDF's tree, completed and corrected as the YAML says.
 
+        Joints that the file couples by <mimic> are locked in it: the second part names them.
         Raises: RobotFileError, NameNotFoundError.
         """
-        return supplement(read_description(self.urdf), self.extras)
+        tree = supplement(read_description(self.urdf), self.extras)
+        return tree, lock_coupled(tree, self.extras)
 
 
 def find_source(
@@ -60,14 +63,16 @@ def find_source(
 
 
 def urdf_of(yaml: Path, extras: Extras) -> Path:
-    """Return the URDF that a robot's YAML names; by default the one beside it.
+    """Return the URDF or MJCF that a robot's YAML names; by default the one beside it.
 
     Raises: RobotFileError.
     """
-    named = extras.urdf
+    named = extras.urdf or extras.mjcf
     if isinstance(named, SourceEntry):
         return file_of_package(named)
-    urdf = yaml.with_suffix(".urdf") if named is None else yaml.parent / named
+    beside = [yaml.with_suffix(suffix) for suffix in URDF]
+    urdf = next((path for path in beside if path.is_file()), beside[0])
+    urdf = urdf if named is None else yaml.parent / named
     if not urdf.is_file():
         raise RobotFileError(f"{yaml}: there is no URDF {urdf}", remedy="Name it with the key urdf")
     return urdf

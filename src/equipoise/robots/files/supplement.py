@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from fnmatch import fnmatchcase
 
 import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import NameNotFoundError, RobotFileError, quoted
-from equipoise.robots.files.check_joint import LARGEST_ANGLE
+from equipoise.robots.files.check_joint import LARGEST_ANGLE, MOVING
 from equipoise.robots.files.description import Node
 from equipoise.robots.files.extras_schema import CapsuleEntry, Extras, InertialEntry, ShapeEntry
 from equipoise.robots.files.values import DECIMAL, LIMIT_SLACK, element
 
+PATTERN = "*?["  # what makes a name of `locked` a pattern
 Triple = tuple[float, float, float]
 
 SHADES = {
@@ -38,7 +40,10 @@ def supplement(tree: Node, extras: Extras) -> Node:
     for name, inertial in extras.inertials.items():
         _correct_inertial(_named("link", "inertials", name, links), inertial)
     for name, value in extras.locked.items():
-        _lock(_named("joint", "locked", name, joints), value)
+        if any(sign in name for sign in PATTERN):
+            _lock_all(name, value, joints, extras)
+        else:
+            lock(_named("joint", "locked", name, joints), value)
     for frame in extras.frames:
         _named("link", f"frames, {frame.name}", frame.on, links)
         _add_frame(tree, frame.name, frame.on, frame.xyz, frame.rpy)
@@ -85,14 +90,25 @@ def _correct_inertial(link: Node, entry: InertialEntry) -> None:
     _only(inertial, "inertia").attrib.update(_numbers(terms))
 
 
-def _lock(joint: Node, value: float) -> None:
+def _lock_all(pattern: str, value: float, joints: dict[str, Node], extras: Extras) -> None:
+    """Lock all joints that move and match, each at the nearest value that it can have."""
+    matching = [name for name in joints if fnmatchcase(name, pattern)]
+    if not matching:
+        _named("joint", "locked", pattern, joints)
+    for name in matching:
+        if name not in extras.locked and joints[name].get("type") in MOVING:
+            low, high = range_of(joints[name])
+            lock(joints[name], min(max(value, low), high))
+
+
+def lock(joint: Node, value: float) -> None:
     """Make a joint fixed where its coordinate is `value` [rad or m]."""
     name, kind = joint.get("name"), joint.get("type")
-    if kind not in ("revolute", "continuous", "prismatic"):
+    if kind not in MOVING:
         raise RobotFileError(
             f"joint {name!r} cannot be locked: it is {kind}", remedy="Leave it out of 'locked'"
         )
-    low, high = _range(joint)
+    low, high = range_of(joint)
     if not low - LIMIT_SLACK <= value <= high + LIMIT_SLACK:
         raise RobotFileError(
             f"joint {quoted(name)} cannot be locked there: its range is {low:g} to {high:g} "
@@ -124,7 +140,7 @@ def _lock(joint: Node, value: float) -> None:
     joint.set("type", "fixed")
 
 
-def _range(joint: Node) -> tuple[float, float]:
+def range_of(joint: Node) -> tuple[float, float]:
     """Return the limits of a joint; two turns, or infinite, where it says none that is a number."""
     if joint.get("type") == "continuous":
         return -LARGEST_ANGLE, LARGEST_ANGLE

@@ -19,6 +19,7 @@ from equipoise.scenarios.schema.base import (
 )
 from equipoise.scenarios.schema.contacts import (
     ContactSpec,
+    FootContactSpec,
     ForceProfile,
     GraspContactSpec,
     PushContactSpec,
@@ -84,6 +85,7 @@ __all__ = [
     "FaultsSpec",
     "FixedBody",
     "FloorSupportSpec",
+    "FootContactSpec",
     "ForceProfile",
     "FramePathSpec",
     "GainsSpec",

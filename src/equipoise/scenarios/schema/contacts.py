@@ -47,6 +47,14 @@ class SoleContactSpec(Section):
     friction: Positive = 0.7
 
 
+class FootContactSpec(Section):
+    """Three rows: the foot of that name, a point, stays where it starts. It supports the robot."""
+
+    kind: Literal["foot"]
+    foot: str
+    friction: Positive = 0.7
+
+
 class GraspContactSpec(Section):
     """Six rows: two handles of an object keep their relative pose.
 
@@ -126,6 +134,6 @@ class PushContactSpec(Section):
 
 
 ContactSpec = Annotated[
-    SoleContactSpec | GraspContactSpec | SurfaceContactSpec | PushContactSpec,
+    SoleContactSpec | FootContactSpec | GraspContactSpec | SurfaceContactSpec | PushContactSpec,
     Field(discriminator="kind"),
 ]

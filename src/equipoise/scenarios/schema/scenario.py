@@ -27,7 +27,7 @@ class Scenario(Section):
     duration: Annotated[float, Field(gt=0.0, le=3600.0)]
     seed: Annotated[int, Field(ge=0)] = 0
     world: WorldSpec = WorldSpec()
-    contacts: Annotated[dict[Name, ContactSpec], Field(min_length=1)]
+    contacts: dict[Name, ContactSpec] = {}
     tasks: Annotated[dict[Name, TaskSpec], Field(min_length=1)]
     monitor: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = []
     control: ControlSpec = ControlSpec()

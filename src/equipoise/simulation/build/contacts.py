@@ -12,6 +12,7 @@ from equipoise.contacts import (
     Contact,
     GraspContact,
     MovingSurfaceContact,
+    PointContact,
     SoleContact,
     SurfaceContact,
 )
@@ -49,6 +50,8 @@ class ContactMaker:
         """Return the contact; with `wanted` the one of the reference, where pushed faces move."""
         if isinstance(spec, schema.SoleContactSpec):
             return self._sole(name, spec)
+        if isinstance(spec, schema.FootContactSpec):
+            return self._foot(name, spec)
         if isinstance(spec, schema.GraspContactSpec):
             return self._grasp(name, spec)
         if isinstance(spec, schema.SurfaceContactSpec):
@@ -61,6 +64,19 @@ class ContactMaker:
         except NameNotFoundError as error:
             raise at_path(error, f"contacts.{name}.sole") from None
         return SoleContact.standing(sole, self.start, name=name, friction=spec.friction)
+
+    def _foot(self, name: str, spec: schema.FootContactSpec) -> PointContact:
+        try:
+            foot = self.robot.foot(spec.foot)
+        except NameNotFoundError as error:
+            raise at_path(error, f"contacts.{name}.foot") from None
+        T = self.start.placement(foot.frame)
+        down = np.array([0.0, 0.0, -foot.radius])
+        x, y, z = T.rotation.T @ down
+        return PointContact(
+            name=name, supporting=True, frame=foot.frame, offset=(x, y, z),
+            p_world=T.translation + down,
+        )  # fmt: skip
 
     def _grasp(self, name: str, spec: schema.GraspContactSpec) -> GraspContact:
         path = f"contacts.{name}"

@@ -178,6 +178,12 @@ def _approach(task: FramePoseTask, setup: Setup) -> Task:
 def _com_polygon(
     name: str, spec: schema.ComPolygonSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
+    if setup.polygon is None:
+        raise ScenarioError(
+            f"the base of {setup.robot.name} is fixed: there is no support polygon",
+            path=f"tasks.{name}",
+            remedy="Leave the task out",
+        )
     return ComPolygonTask(name, setup.polygon, margin=spec.margin, rate=spec.rate)
 
 

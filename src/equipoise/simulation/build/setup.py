@@ -9,7 +9,14 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.collision.scene import Body, Scene, Shape
-from equipoise.contacts import ContactSchedule, ContactStack, SoleContact, SupportPolygon
+from equipoise.contacts import (
+    Contact,
+    ContactSchedule,
+    ContactStack,
+    PointContact,
+    SoleContact,
+    SupportPolygon,
+)
 from equipoise.contacts.support_polygon import sole_corners
 from equipoise.errors import InputError, NameNotFoundError, ScenarioError
 from equipoise.robots import Robot, get_robot
@@ -35,7 +42,8 @@ class Setup:
     `contacts` is every contact that ever holds, `schedule` which of them hold when, and
     `reference_schedule` the same for the reference, whose pushed objects move as wanted.
     `targets` are the wanted ways of objects and sliders; `sliders` are unit vectors (3,) along
-    which sliders go, `pushing` the hands that push each of them.
+    which sliders go, `pushing` the hands that push each of them. Nothing carries a robot whose
+    base is fixed: it has no `soles` and no `polygon`.
     """
 
     robot: Robot
@@ -44,7 +52,7 @@ class Setup:
     contacts: ContactStack
     schedule: ContactSchedule
     reference_schedule: ContactSchedule
-    polygon: SupportPolygon
+    polygon: SupportPolygon | None
     targets: dict[str, PoseTrajectory]
     handles: dict[tuple[str, str], pin.SE3]
     sliders: dict[str, Array]
@@ -92,15 +100,8 @@ def build_setup(scenario: schema.Scenario) -> Setup:
     for name, spec in scenario.contacts.items():
         if isinstance(spec, schema.GraspContactSpec) and spec.end is not None:
             windows[name] = (-np.inf, spec.end)
-    soles = [c for c in contacts if isinstance(c, SoleContact)]
-    if not soles:
-        raise ScenarioError(
-            "no sole stands on the floor",
-            path="contacts",
-            known=[sole.name for sole in robot.soles],
-            remedy="Add a contact of kind sole",
-        )
-    corners = np.vstack([sole_corners(c.sole, c.T_world_anchor) for c in soles])
+    soles = [c for c in contacts if c.supporting]
+    _require_support(robot, soles)
     return Setup(
         robot,
         scene,
@@ -108,12 +109,37 @@ def build_setup(scenario: schema.Scenario) -> Setup:
         ContactStack(contacts),
         ContactSchedule(contacts, windows),
         ContactSchedule(reference, windows),
-        SupportPolygon.of_points(corners),
+        _polygon(soles),
         targets,
         handles,
         {name: np.array(spec.direction) for name, spec in scenario.world.sliders.items()},
         _pushing(scenario),
     )
+
+
+def _require_support(robot: Robot, soles: list[Contact]) -> None:
+    """Refuse a floating base that nothing carries, and a fixed one that stands besides."""
+    if robot.nv_base and not soles:
+        raise ScenarioError(
+            "no sole stands on the floor",
+            path="contacts",
+            known=[*(sole.name for sole in robot.soles), *(foot.name for foot in robot.feet)],
+            remedy="Add a contact of kind sole or foot, or say base: fixed in the robot's YAML",
+        )
+    if soles and not robot.nv_base:
+        raise ScenarioError(
+            f"the base of {robot.name} is fixed to the world; it needs no sole or foot",
+            path=f"contacts.{soles[0].name}",
+            remedy="Leave the contact out, or say base: floating in the robot's YAML",
+        )
+
+
+def _polygon(supports: list[Contact]) -> SupportPolygon | None:
+    corners = [
+        sole_corners(c.sole, c.T_world_anchor) for c in supports if isinstance(c, SoleContact)
+    ]
+    corners += [np.array([c.p_world]) for c in supports if isinstance(c, PointContact)]
+    return SupportPolygon.of_points(np.vstack(corners)) if corners else None
 
 
 def _pushing(scenario: schema.Scenario) -> dict[str, tuple[str, ...]]:

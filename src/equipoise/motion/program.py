@@ -132,12 +132,14 @@ class MotionProgram:
         searches = (
             f"search{k}.{name}" for k in range(len(self.fades) + 1) for name in SEARCH_MEMORY
         )
-        return ("reference.q", "tasks.v_ref", *searches)
+        live = ("targets.numbers",) if self.targets.live else ()
+        return ("reference.q", "tasks.v_ref", *searches, *live)
 
     def fill(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:
         """Write the constants; `number_of` a frame is its number in the tree."""
         parts = workspace.parts
         self.targets.fill(parts["targets"])
+        self.targets.lead(parts["targets"])
         self.contacts.fill(parts["contacts"], number_of)
         self._fill_tasks(workspace, number_of)
         self._fill_contacts(parts["tasks"])
@@ -220,7 +222,12 @@ class MotionProgram:
     # -- what Python adds every tick ------------------------------------------------------------
 
     def write_before(self, workspace: Workspace, t: float) -> None:
-        """Ask targets and surfaces in plain Python where they are at time `t` [s]."""
+        """Ask targets and surfaces in plain Python where they are at time `t` [s].
+
+        Hand over what was set of live targets.
+        """
+        for live in self.targets.live:
+            live.post()
         write_given(workspace.parts["targets"], self.targets.given, t)
         self.contacts.write_places(workspace.parts["contacts"], t)
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription, Rows
@@ -14,7 +15,8 @@ from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_number
 from equipoise.tasks.view import GIVEN
-from equipoise.trajectories import PoseTrajectory
+from equipoise.trajectories import LiveTarget, PoseTrajectory
+from equipoise.trajectories.base import require_trajectory
 
 
 class Task(ABC):
@@ -96,6 +98,42 @@ class KernelTask(Task):
             self.numbers, A, lower, upper,
         )  # fmt: skip
         return Rows(self.name, self.row_unit, self.row_labels, A, lower, upper)
+
+
+Pose: TypeAlias = pin.SE3 | tuple[pin.SE3, Array]
+
+
+class AimedTask(KernelTask):
+    """A task with a target: a trajectory given at the beginning, or a pose set while it runs.
+
+    `task.target = pose`, or `= pose, twist`, from any thread, where the target was given as a pose
+    or as a `LiveTarget`; it is taken at the next tick and faded (see `LiveTarget`).
+    """
+
+    def __init__(self, name: str, target: PoseTrajectory | pin.SE3) -> None:
+        super().__init__(name)
+        if isinstance(target, pin.SE3):
+            target = LiveTarget(target)
+        require_trajectory(f"the target of task {name!r}", target)
+        self._target: PoseTrajectory = target
+
+    @property
+    def target(self) -> PoseTrajectory:
+        """What is followed; set it to a pose, or to a pose and its twist (6,) in world axes."""
+        return self._target
+
+    @target.setter
+    def target(self, wanted: Pose) -> None:
+        live = self._target
+        if not isinstance(live, LiveTarget):
+            raise InputError(
+                f"the target of task {self.name!r} is a {type(live).__name__}, which says itself "
+                "where it is",
+                remedy="To set it while it runs, give the task a pose or a `LiveTarget(pose)` at "
+                "its construction",
+            )
+        pose, twist = wanted if isinstance(wanted, tuple) else (wanted, None)
+        live.set(pose, twist)
 
 
 def describe_rows(tasks: Sequence[Task], hierarchy: Hierarchy) -> tuple[RowDescription, ...]:

@@ -14,10 +14,9 @@ from equipoise.kinematics.tree import FRAME_JOINT
 from equipoise.spatial import Array
 from equipoise.spatial.kernels import rotation_difference
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, by_component, require_frame, require_rate
+from equipoise.tasks.base import AimedTask, by_component, require_frame, require_rate
 from equipoise.tasks.view import FRAME_POSE, TaskView
 from equipoise.trajectories import PoseTrajectory
-from equipoise.trajectories.base import require_trajectory
 
 
 @compiled
@@ -37,10 +36,11 @@ def frame_pose_rows(task: TaskView) -> None:
         upper[i] = lower[i]
 
 
-class FramePoseTask(KernelTask):
+class FramePoseTask(AimedTask):
     """Drive the pose of `frame` to a trajectory: `J v = twist_ref + rate * error`.
 
-    Args: `rate` [1/s], the paper's alpha of task convergence.
+    Args: `target`, a trajectory, or a pose that may be set while it runs (see `AimedTask`);
+    `rate` [1/s], the paper's alpha of task convergence.
     Source: eqs. (9)-(10). Differs from the print: the sign of (10) is that of J, the Jacobian of
     the frame itself and not of the error; the target's own twist is fed forward.
     """
@@ -50,12 +50,15 @@ class FramePoseTask(KernelTask):
     alone = staticmethod(alone_of("frame_pose", frame_pose_rows))
 
     def __init__(
-        self, name: str, frame: str | int, target: PoseTrajectory, *, rate: float = 10.0
+        self,
+        name: str,
+        frame: str | int,
+        target: PoseTrajectory | pin.SE3,
+        *,
+        rate: float = 10.0,
     ) -> None:
-        super().__init__(name)
+        super().__init__(name, target)
         self.frame: str | int = require_frame(name, frame)
-        require_trajectory(f"the target of task {name!r}", target)
-        self.target: PoseTrajectory = target
         self.rate = require_rate(name, rate)
 
     labels = ("x", "y", "z", "rx", "ry", "rz")

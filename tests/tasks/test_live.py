@@ -142,7 +142,7 @@ def test_any_thread_may_set_it_and_no_half_is_seen():
 def test_a_hand_lags_by_no_more_than_wanted(hrp2, known, most):
     """0.3 m/s on a circle, one generator at 1 kHz: what the issue of moving targets asks."""
     T0 = kinematics(hrp2, hrp2.q_half_sitting).placement("right_palm")
-    centre = [*T0.translation, 0.1 - RADIUS, 0.0, 0.15]
+    centre = T0.translation + np.array([0.1 - RADIUS, 0.0, 0.15])
     task = FramePoseTask("hand", "right_palm", T0)
     motion = MotionGenerator(hrp2, [[task]], make_solver("active_set"), DT, hrp2.q_half_sitting)
     lag = []

@@ -23,7 +23,7 @@ from equipoise.motion.memory import NEEDS_COM, SEARCHES, SEARCHES_FROM, task_sha
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask, ContactTask, KernelTask, Task
-from equipoise.tasks.view import COM_POLYGON
+from equipoise.tasks.view import COM_POINT, COM_POLYGON
 from equipoise.trajectories import Fade
 from equipoise.trajectories.targets import TargetList, write_given
 
@@ -167,7 +167,9 @@ class MotionProgram:
             else:
                 which = k - len(self.kernel_tasks)
                 part.pairs[k] = list(workspace.parts).index(f"pairs{which}")
-        part.flags[NEEDS_COM] = any(one.task.kind == COM_POLYGON for one in self.kernel_tasks)
+        part.flags[NEEDS_COM] = any(
+            one.task.kind in (COM_POINT, COM_POLYGON) for one in self.kernel_tasks
+        )
         part.flags[SEARCHES_FROM] = list(workspace.parts).index("search0")
         part.flags[SEARCHES] = len(self.fades) + 1
         part.fade_of[:] = -1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from equipoise.kinematics.kernels import Q
 from equipoise.kinematics.tree import FIRST_Q, KIND
 from equipoise.robots import Robot
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_number
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask, require_rate
 from equipoise.tasks.joint_rows import write_joint_rows
@@ -41,8 +43,10 @@ class JointLimitsTask(KernelTask):
 
     `rate * (q_min + margin - q) <= v <= rate * (q_max - margin - q)`: a limit moved in by
     `margin` [rad] is approached exponentially and not crossed while `rate * dt <= 1`.
-    `velocity_share` in (0, 1] is the part of the velocity limit that may be used.
-    Raises: `InputError` for a negative margin or a share outside (0, 1].
+    `velocity_share` in (0, 1] is the part of the velocity limit that may be used; `speeds` [rad/s]
+    bound single joints further, by name. Joints that are `frozen` do not move at all.
+    Raises: `InputError` for a negative margin or speed, or a share outside (0, 1];
+    `NameNotFoundError`.
     """
 
     row_unit = "rad/s"
@@ -57,6 +61,8 @@ class JointLimitsTask(KernelTask):
         margin: float = 0.01,
         velocity_share: float = 0.95,
         rate: float = 20.0,
+        speeds: Mapping[str, float] | None = None,
+        frozen: Sequence[str] = (),
     ) -> None:
         super().__init__(name)
         if not (np.isfinite(margin) and margin >= 0.0):
@@ -71,6 +77,16 @@ class JointLimitsTask(KernelTask):
         self.q_low = robot.q_min + inset
         self.q_high = robot.q_max - inset
         self.v_share = velocity_share * robot.v_max
+        for joint, speed in (speeds or {}).items():
+            i = robot.joint_index(joint)
+            if not real_number(f"the speed of {joint} in task {name!r}", speed) >= 0.0:
+                raise InputError(
+                    f"the speed of {joint} in task {name!r} must not be negative", given=speed
+                )
+            self.v_share[i] = min(self.v_share[i], speed)
+        if isinstance(frozen, str):
+            raise InputError(f"task {name!r} freezes several joints", given=frozen, remedy="A list")
+        self.v_share[[robot.joint_index(joint) for joint in frozen]] = 0.0
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -10,17 +10,23 @@ import pinocchio as pin
 
 from equipoise.errors import InputError, NameNotFoundError, ScenarioError
 from equipoise.scenarios import schema
-from equipoise.scenarios.lookup import at_path, frame_of
+from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.simulation.build.fades import build_fades, contact_tasks
 from equipoise.simulation.build.setup import Setup, check_handle, check_target, to_waypoints
 from equipoise.spatial import pose
 from equipoise.tasks import (
     AvoidanceTask,
     ComPolygonTask,
+    ComTask,
     ContactTask,
+    DampingTask,
+    FrameAxesTask,
     FramePoseTask,
     GazeTask,
+    JointCouplingTask,
     JointLimitsTask,
+    KeepInTask,
+    KeepOutTask,
     PostureTask,
     Task,
 )
@@ -133,12 +139,18 @@ def _com_polygon(
 def _joint_limits(
     name: str, spec: schema.JointLimitsSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
+    for joint in spec.speeds:
+        _check_joint(setup, joint, f"tasks.{name}.speeds.{joint}")
+    for i, joint in enumerate(spec.frozen):
+        _check_joint(setup, joint, f"tasks.{name}.frozen.{i}")
     return JointLimitsTask(
         name,
         setup.robot,
         margin=spec.margin,
         velocity_share=spec.velocity_share,
         rate=spec.rate,
+        speeds=spec.speeds,
+        frozen=spec.frozen,
     )
 
 
@@ -184,6 +196,49 @@ def _posture(name: str, spec: schema.PostureSpec, scenario: schema.Scenario, set
     return PostureTask(name, robot, q_joints, rate=spec.rate)
 
 
+def _check_joint(setup: Setup, joint: str, path: str) -> None:
+    try:
+        setup.robot.joint_index(joint)
+    except NameNotFoundError as error:
+        raise at_path(error, path) from None
+
+
+def _frame_axes(
+    name: str, spec: schema.FrameAxesSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    path = to_waypoints(spec.waypoints)
+    return FrameAxesTask(name, frame, path, axes=spec.axes, offset=spec.offset, rate=spec.rate)
+
+
+def _com_point(
+    name: str, spec: schema.ComPointSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    return ComTask(name, to_waypoints(spec.waypoints), axes=spec.axes, rate=spec.rate)
+
+
+def _joint_coupling(
+    name: str, spec: schema.JointCouplingSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    for joint in spec.joints:
+        _check_joint(setup, joint, f"tasks.{name}.joints.{joint}")
+    return JointCouplingTask(name, setup.robot, [spec.joints], values=[spec.value], rate=spec.rate)
+
+
+def _damping(name: str, spec: schema.DampingSpec, scenario: schema.Scenario, setup: Setup) -> Task:
+    return DampingTask(name, setup.robot)
+
+
+def _keep_in(name: str, spec: schema.KeepInSpec, scenario: schema.Scenario, setup: Setup) -> Task:
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    return KeepInTask(name, frame, to_pose(spec.at), spec.size, offset=spec.offset, rate=spec.rate)
+
+
+def _keep_out(name: str, spec: schema.KeepOutSpec, scenario: schema.Scenario, setup: Setup) -> Task:
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    return KeepOutTask(name, frame, spec.at.xyz, spec.radius, offset=spec.offset, rate=spec.rate)
+
+
 _BUILDERS: dict[type, Callable[..., Task]] = {
     schema.HoldFrameSpec: _hold_frame,
     schema.FramePathSpec: _frame_path,
@@ -193,6 +248,12 @@ _BUILDERS: dict[type, Callable[..., Task]] = {
     schema.GazeSpec: _gaze,
     schema.AvoidanceSpec: _avoidance,
     schema.PostureSpec: _posture,
+    schema.FrameAxesSpec: _frame_axes,
+    schema.ComPointSpec: _com_point,
+    schema.JointCouplingSpec: _joint_coupling,
+    schema.DampingSpec: _damping,
+    schema.KeepInSpec: _keep_in,
+    schema.KeepOutSpec: _keep_out,
 }
 
 

@@ -22,6 +22,7 @@ from equipoise.tasks import (
     JointLimitsTask,
     KeepInTask,
     KeepOutTask,
+    RelativeFrameTask,
 )
 from equipoise.trajectories import Waypoint, WaypointTrajectory
 from helpers import kinematics, random_state
@@ -50,7 +51,13 @@ def equalities(robot, q, rng):
     T = kin.placement("left_palm")
     offset = np.array([0.02, -0.05, 0.1])
     point = pin.SE3(T.rotation, T.act(offset))
+    here = kin.placement("right_palm").inverse() * T
+    seen = kin.placement("BODY").inverse() * kin.placement("right_palm")
     return [
+        RelativeFrameTask("both", "left_palm", "right_palm", way_near(here, rng), rate=7.0),
+        RelativeFrameTask(
+            "some", "right_palm", "BODY", way_near(seen, rng), axes=("y", "rz"), rate=7.0
+        ),
         FrameAxesTask("point", "left_palm", way_near(point, rng), offset=offset, rate=7.0),
         FrameAxesTask("turned", "left_palm", way_near(T, rng), axes=("z", "ry", "x"), rate=7.0),
         ComTask("com", way_near(pose(kin.p_world_com), rng), axes=("z", "x"), rate=7.0),
@@ -60,7 +67,7 @@ def equalities(robot, q, rng):
     ]
 
 
-@pytest.mark.parametrize("which", range(4))
+@pytest.mark.parametrize("which", range(6))
 def test_errors_of_equalities_decay_at_their_rate(hrp2, rng, which):
     q, _ = random_state(hrp2, rng)
     task = equalities(hrp2, q, rng)[which]
@@ -156,6 +163,7 @@ def test_all_of_them_in_one_tick(hrp2):
         ],
         ComTask("com", com + np.array([0.01, 0.0, -0.01])),
         FrameAxesTask("hand", "right_palm", far),
+        RelativeFrameTask("level", "left_palm", "BODY", kin.placement("left_palm"), axes=("rx",)),
         JointCouplingTask("elbows", hrp2, [{"LARM_JOINT4": 1.0, "RARM_JOINT4": -1.0}]),
         DampingTask("rest", hrp2),
     ]
@@ -196,8 +204,16 @@ def scenario(text):
 def test_scenarios_name_them():
     told = scenario(SPECS)
     tasks = {t.name: t for level in build_levels(told, build_setup(told)) for t in level}
-    kinds = [FrameAxesTask, ComTask, JointCouplingTask, DampingTask, KeepInTask, KeepOutTask]
-    names = ["axes", "com_height", "knees", "rest", "inside", "outside"]
+    kinds = [
+        RelativeFrameTask,
+        FrameAxesTask,
+        ComTask,
+        JointCouplingTask,
+        DampingTask,
+        KeepInTask,
+        KeepOutTask,
+    ]
+    names = ["hands", "axes", "com_height", "knees", "rest", "inside", "outside"]
     assert [type(tasks[name]) for name in names] == kinds
     assert tasks["axes"].axes == ("z", "rx")
     assert 0.0 in tasks["limits"].v_share
@@ -226,6 +242,12 @@ tasks:
     axes: [z, rx]
     priority: 2
     waypoints: [{t: 0.0, xyz: [0.3, -0.3, 1.0]}]
+  hands:
+    kind: relative_frame
+    frame: left_palm
+    relative_to: right_palm
+    priority: 2
+    waypoints: [{t: 0.0, xyz: [0.0, 0.0, 0.5]}]
   com_height: {kind: com_point, axes: [z], priority: 2, waypoints: [{t: 0.0, xyz: [0.0, 0.0, 0.8]}]}
   knees: {kind: joint_coupling, priority: 2, joints: {LLEG_JOINT3: 1.0, RLEG_JOINT3: -1.0}}
   rest: {kind: damping, priority: 4}
@@ -240,6 +262,7 @@ tasks:
     [
         (lambda r: FrameAxesTask("a", "left_palm", HERE, axes=["w"]), NameNotFoundError, "w"),
         (lambda r: FrameAxesTask("a", "left_palm", HERE, axes=[]), InputError, "axes"),
+        (lambda r: RelativeFrameTask("r", "head", "head", HERE), InputError, "two frames"),
         (lambda r: ComTask("c", (0, 0)), ShapeError, "xyz"),
         (lambda r: ComTask("c", (0, 0, 1), axes=["rx"]), NameNotFoundError, "rx"),
         (lambda r: JointCouplingTask("j", r, [{"elbow": 1.0}]), NameNotFoundError, "elbow"),

@@ -80,6 +80,7 @@ from equipoise.tasks.frame_pose import frame_pose_rows
 from equipoise.tasks.gaze import gaze_rows
 from equipoise.tasks.joint_limits import limit_rows
 from equipoise.tasks.posture import posture_rows
+from equipoise.tasks.relative_frame import relative_frame_rows
 from equipoise.tasks.view import (
     AVOIDANCE,
     COM_POINT,
@@ -93,6 +94,7 @@ from equipoise.tasks.view import (
     KEEP_IN,
     KEEP_OUT,
     POSTURE,
+    RELATIVE_FRAME,
     TaskView,
 )
 from equipoise.tasks.volumes import keep_in_rows, keep_out_rows
@@ -203,6 +205,8 @@ def task_rows(m: MotionBlocks, k: int, A: np.ndarray, lower: np.ndarray, upper: 
         keep_in_rows(view)
     elif kind == KEEP_OUT:
         keep_out_rows(view)
+    elif kind == RELATIVE_FRAME:
+        relative_frame_rows(view)
     elif kind == AVOIDANCE:
         pairs = part_of(m.floats, m.whole, m.tables, integers(m.tasks, PAIRS_PART)[k])
         avoidance_rows(m.tree, m.state, pairs, numbers, A, lower, upper, at)

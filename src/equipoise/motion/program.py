@@ -96,7 +96,7 @@ class MotionProgram:
         return bool(self.plain) or self.contacts.needs_python
 
     def _frames(self) -> list[int]:
-        names = [one.task.frame for one in self.kernel_tasks if one.task.frame is not None]
+        names = [frame for one in self.kernel_tasks for frame in one.task.frames]
         names += self.contacts.frames()
         return list(dict.fromkeys(map(self.robot.frame_id, names)))
 
@@ -162,6 +162,8 @@ class MotionProgram:
             if isinstance(task, KernelTask):
                 part.rates[k] = task.rate
                 part.frame[k] = 0 if task.frame is None else number_of(task.frame)
+                if task.second is not None:
+                    part.numbers[part.first[k]] = number_of(task.second)
                 if task.target is not None:
                     part.target[k] = self.targets.number_of(task.target)
             else:
@@ -212,12 +214,12 @@ class MotionProgram:
         """Write first and last column of the rows that depend on one chain of joints only."""
         model = self.robot.model
         for one in self.kernel_tasks:
-            if one.task.frame is not None:
-                frame = model.frames[self.robot.frame_id(one.task.frame)]
-                supports = [model.joints[j] for j in list(model.supports[frame.parentJoint])[1:]]
-                if supports:
-                    last = max(joint.idx_v + joint.nv for joint in supports)
-                    part.last[one.rows] = last
+            carriers = [
+                model.frames[self.robot.frame_id(frame)].parentJoint for frame in one.task.frames
+            ]
+            supports = [model.joints[j] for c in carriers for j in list(model.supports[c])[1:]]
+            if supports:
+                part.last[one.rows] = max(joint.idx_v + joint.nv for joint in supports)
         for row in np.flatnonzero(part.single >= 0):
             part.first[row], part.last[row] = part.single[row], part.single[row] + 1
 

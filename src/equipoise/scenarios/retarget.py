@@ -184,6 +184,12 @@ def _retarget_frame_axes(task: Tree, change: _Change, path: str) -> None:
     change.scale(task, "offset")
 
 
+def _retarget_relative_frame(task: Tree, change: _Change, path: str) -> None:
+    change.frame(task, "relative_to", path)
+    for waypoint in task["waypoints"]:
+        change.scale(waypoint, "xyz")
+
+
 def _retarget_joint_limits(task: Tree, change: _Change, path: str) -> None:
     for key in ("speeds", "frozen"):
         _require_joints(task.get(key, ()), change, f"{path}.{key}")
@@ -215,6 +221,7 @@ _TASKS: dict[str, Callable[[Tree, _Change, str], None]] = {
     "joint_limits": _retarget_joint_limits,
     "joint_coupling": _retarget_posture,
     "frame_axes": _retarget_frame_axes,
+    "relative_frame": _retarget_relative_frame,
     "com_point": _retarget_frame_path,
     "keep_in": _retarget_volume,
     "keep_out": _retarget_volume,

@@ -13,6 +13,7 @@ from equipoise.tasks.frame_pose import FramePoseTask
 from equipoise.tasks.gaze import GazeTask
 from equipoise.tasks.joint_limits import JointLimitsTask
 from equipoise.tasks.posture import PostureTask
+from equipoise.tasks.relative_frame import RelativeFrameTask
 from equipoise.tasks.volumes import KeepInTask, KeepOutTask
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "KeepOutTask",
     "KernelTask",
     "PostureTask",
+    "RelativeFrameTask",
     "Task",
     "describe_rows",
 ]

@@ -63,13 +63,15 @@ class KernelTask(Task):
     """A task whose rows come from a kernel, `kind` telling `program` which.
 
     It says which `frame` (None: none) it is about, its `target`, its `rate` [1/s] and other
-    `numbers`. Its rows never change in number. `alone` calls its kernel for one task, made by
+    `numbers`. With a `second` frame the first of these becomes the number of that frame. Its rows
+    never change in number. `alone` calls its kernel for one task, made by
     `alone_of`.
     """
 
     row_unit: str
     rate: float
     frame: str | int | None = None
+    second: str | int | None = None
     target: PoseTrajectory | None = None
     alone: ClassVar[Callable[..., None]]
 
@@ -77,6 +79,11 @@ class KernelTask(Task):
     def numbers(self) -> Array:
         """What else the kernel needs (k,)."""
         return np.zeros(0)
+
+    @property
+    def frames(self) -> tuple[str | int, ...]:
+        """The frames that it is about."""
+        return tuple(one for one in (self.frame, self.second) if one is not None)
 
     @property
     def row_labels(self) -> tuple[str, ...]:
@@ -91,7 +98,7 @@ class KernelTask(Task):
         m = len(self.row_labels)
         A, lower, upper = np.zeros((m, kin.robot.nv)), np.empty(m), np.empty(m)
         self.write_constants(A, kin.robot)
-        workspace = kin.with_frames(() if self.frame is None else (self.frame,))
+        workspace = kin.with_frames(self.frames)
         target = np.zeros(18) if self.target is None else self.target.row(t)
         type(self).alone(
             workspace.floats, workspace.integers, workspace.tables, target, float(self.rate),

@@ -12,7 +12,7 @@ from equipoise.kinematics.tree import base_size
 
 # kinds of tasks as kernels know them; the rows of a GIVEN one are written from Python
 GIVEN, FRAME_POSE, GAZE, COM_POLYGON, JOINT_LIMITS, POSTURE, AVOIDANCE = range(7)
-FRAME_AXES, COM_POINT, COUPLING, DAMPING, KEEP_IN, KEEP_OUT = range(7, 13)
+FRAME_AXES, COM_POINT, COUPLING, DAMPING, KEEP_IN, KEEP_OUT, RELATIVE_FRAME = range(7, 14)
 
 
 class TaskView(NamedTuple):

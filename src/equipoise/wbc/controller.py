@@ -218,11 +218,12 @@ class WholeBodyController:
         """Return a controller of a robot whose base is fixed to the world; see `standing`.
 
         Level 0 holds the `contacts`, if there are any, level 1 the joint limits; nothing has to be
-        balanced, and no wrench of the base to be carried.
+        balanced, and no wrench of the base to be carried. No floor gives, so the gains are those of
+        `LoopSettings(delay=0)` unless a `loop` says otherwise.
         Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
         """
         wish = Wish(tasks, contacts, forces)
-        return cls._of(robot, mount(robot, q_start, wish, loop or LoopSettings()))
+        return cls._of(robot, mount(robot, q_start, wish, loop or LoopSettings(delay=0.0)))
 
     @classmethod
     def _of(cls, robot: Robot, parts: Opened) -> WholeBodyController:

@@ -63,6 +63,7 @@ from equipoise.scenarios.schema.tasks import (
     KeepInSpec,
     KeepOutSpec,
     PostureSpec,
+    RelativeFrameSpec,
     TaskBase,
     TaskSpec,
 )
@@ -112,6 +113,7 @@ __all__ = [
     "Positive",
     "PostureSpec",
     "PushContactSpec",
+    "RelativeFrameSpec",
     "Scenario",
     "Section",
     "SensorSpec",

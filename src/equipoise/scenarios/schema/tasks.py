@@ -144,6 +144,29 @@ class FrameAxesSpec(TaskBase):
         return self
 
 
+class RelativeFrameSpec(TaskBase):
+    """A frame follows waypoints that are in the axes of another frame, `relative_to`."""
+
+    kind: Literal["relative_frame"]
+    frame: str
+    relative_to: str
+    waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
+    axes: Annotated[list[Literal["x", "y", "z", "rx", "ry", "rz"]], Field(min_length=1)] = [
+        "x",
+        "y",
+        "z",
+        "rx",
+        "ry",
+        "rz",
+    ]
+    rate: Positive = 10.0
+
+    @model_validator(mode="after")
+    def _times_increase(self) -> RelativeFrameSpec:
+        require_increasing(self.waypoints)
+        return self
+
+
 class ComPointSpec(TaskBase):
     """The centre of mass follows the places of waypoints, along `axes` of the world."""
 
@@ -205,6 +228,7 @@ TaskSpec = Annotated[
     | AvoidanceSpec
     | PostureSpec
     | FrameAxesSpec
+    | RelativeFrameSpec
     | ComPointSpec
     | JointCouplingSpec
     | DampingSpec

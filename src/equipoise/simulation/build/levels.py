@@ -28,6 +28,7 @@ from equipoise.tasks import (
     KeepInTask,
     KeepOutTask,
     PostureTask,
+    RelativeFrameTask,
     Task,
 )
 from equipoise.trajectories import (
@@ -211,6 +212,22 @@ def _frame_axes(
     return FrameAxesTask(name, frame, path, axes=spec.axes, offset=spec.offset, rate=spec.rate)
 
 
+def _relative_frame(
+    name: str, spec: schema.RelativeFrameSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    other = frame_of(setup.robot, spec.relative_to, f"tasks.{name}.relative_to")
+    if frame == other:
+        raise ScenarioError(
+            "a frame does not move relative to itself",
+            path=f"tasks.{name}.relative_to",
+            given=other,
+            remedy="Name another frame",
+        )
+    path = to_waypoints(spec.waypoints)
+    return RelativeFrameTask(name, frame, other, path, axes=spec.axes, rate=spec.rate)
+
+
 def _com_point(
     name: str, spec: schema.ComPointSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
@@ -249,6 +266,7 @@ _BUILDERS: dict[type, Callable[..., Task]] = {
     schema.AvoidanceSpec: _avoidance,
     schema.PostureSpec: _posture,
     schema.FrameAxesSpec: _frame_axes,
+    schema.RelativeFrameSpec: _relative_frame,
     schema.ComPointSpec: _com_point,
     schema.JointCouplingSpec: _joint_coupling,
     schema.DampingSpec: _damping,

@@ -8,11 +8,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from equipoise import WholeBodyController
 from equipoise.adapters import MujocoAdapter
 from equipoise.contacts import ContactStack, GraspContact, PointContact, SoleContact, SurfaceContact
 from equipoise.contacts.surfaces import Plane
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.robots import get_robot, named_robots
+from fixed_arm import Arm, arm_in_mujoco
 from helpers import kinematics, random_state
 
 mujoco = pytest.importorskip("mujoco")
@@ -167,3 +169,48 @@ def test_what_cannot_be_the_robot_is_refused(g1):
     spec.delete(next(joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE))
     with pytest.raises(InputError, match="base of robot g1 is free"):
         MujocoAdapter(g1, spec.compile())
+
+
+def test_a_fixed_base_may_stand_anywhere():
+    """Contacts are told in the robot's own world, whose origin is its base."""
+    arm = Arm()
+    spec = mujoco.MjSpec.from_string(arm_in_mujoco("1 2 0.3", "0.9 0.1 -0.2 0.3"))
+    model = spec.compile()
+    data, world = mujoco.MjData(model), MujocoAdapter(arm, model)
+    q, v = arm.q_half_sitting, np.array([0.1, -0.2, 0.05])
+    world.place(data, q, v)
+    tip = data.geom_xpos[1].copy()
+    base = data.body(1)
+    T = pin.SE3(base.xmat.reshape(3, 3), base.xpos.copy())
+    assert np.allclose(T.actInv(tip), arm.at(q).placement("tip").translation, atol=1e-9)
+    spec.geom("table").pos = tip - np.array([0.0, 0.0, 0.069])  # its top 1 mm into the ball
+    model = spec.compile()
+    data, world = mujoco.MjData(model), MujocoAdapter(arm, model)
+    world.place(data, q)
+    mujoco.mj_step(model, data)
+    point = PointContact(name="tip", frame="tip", p_world=np.zeros(3))
+    state = world.from_mujoco(data, [point])
+    force = T.rotation @ state.wrenches["tip"]
+    assert force[2] > 1.0
+    kin, own = arm.at(q), state.wrenches["tip"]
+    lever = T.actInv(data.contact.pos[0].copy()) - kin.placement("tip").translation
+    acting = kin.jacobian("tip").T @ np.concatenate((own, np.cross(lever, own)))
+    assert np.allclose(acting, data.qfrc_constraint, atol=1e-3 * force[2])
+    world.apply(data, np.array([1.0, 2.0, 3.0]))
+    assert np.array_equal(data.qfrc_applied, [1.0, 2.0, 3.0])
+
+
+def test_a_fixed_arm_stands_in_a_loop_of_mujoco():
+    """The whole way: the door for a fixed base, the adapter, gravity that nobody told of."""
+    arm = Arm()
+    model = mujoco.MjModel.from_xml_string(arm_in_mujoco("1 2 0.3"))
+    data, world = mujoco.MjData(model), MujocoAdapter(arm, model)
+    model.opt.timestep = 0.001
+    world.place(data, arm.q_half_sitting)
+    controller = WholeBodyController.fixed(arm)
+    for _ in range(3000):
+        q, v, wrenches = world.from_mujoco(data, controller.contacts)
+        command = controller.step(data.time, q, v, wrenches)
+        world.apply(data, command.tau)
+        mujoco.mj_step(model, data)
+    assert np.abs(q - arm.q_half_sitting).max() < 1e-4

@@ -9,17 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from equipoise.robots import named_robots
+
 FOLDER = Path(__file__).parents[1] / "examples"
 LONGEST = 80  # lines that can be read in one sitting
 
 
 @pytest.fixture
 def example(tmp_path, monkeypatch):
-    """Return a function that loads an example by its number, in an empty folder."""
+    """Return a function that loads an example by its number or name, in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
-    def load(number: int):
-        (path,) = FOLDER.glob(f"{number:02d}_*.py")
+    def load(which: int | str):
+        pattern = f"{which:02d}_*.py" if isinstance(which, int) else f"{which}.py"
+        (path,) = FOLDER.glob(pattern)
         spec = importlib.util.spec_from_file_location(path.stem, path)
         module = importlib.util.module_from_spec(spec)
         monkeypatch.setitem(sys.modules, path.stem, module)
@@ -29,9 +32,11 @@ def example(tmp_path, monkeypatch):
     return load
 
 
-def test_they_are_numbered_and_short():
+def test_they_are_numbered_or_named_and_short():
+    """Those that are numbered build on one another; the others stand for themselves."""
     paths = sorted(FOLDER.glob("*.py"))
-    assert [path.name[:3] for path in paths] == [f"{k + 1:02d}_" for k in range(len(paths))]
+    numbered = [path.name[:3] for path in paths if path.name[0].isdigit()]
+    assert numbered == [f"{k + 1:02d}_" for k in range(len(numbered))]
     for path in paths:
         assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST, path.name
 
@@ -39,7 +44,8 @@ def test_they_are_numbered_and_short():
 def test_every_example_has_a_test_here():
     text = Path(__file__).read_text(encoding="utf-8")
     for path in FOLDER.glob("*.py"):
-        assert f"example({int(path.name[:2])})" in text, path.name
+        which = str(int(path.name[:2])) if path.name[0].isdigit() else f'"{path.stem}"'
+        assert f"example({which})" in text, path.name
 
 
 def test_strict_priorities(example, capsys):
@@ -83,3 +89,28 @@ def test_solvers_are_told_apart(example):
     assert max(outcomes["active_set"].excess) < 1e-8
     assert outcomes["cascade"].holds == len(outcomes["cascade"].excess) == 5
     assert outcomes["daqp"].holds < 5
+
+
+def lines_of_ours(path: Path) -> int:
+    """Return how many statements stand between the marks "# -- Equipoise" and "# --"."""
+    ours, count = False, 0
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line.strip().startswith("# --"):
+            ours = "Equipoise" in line
+        elif ours and line.strip():
+            count += 1
+    return count
+
+
+def test_a_loop_that_is_plain_mujoco(example, capsys):
+    """It stands, presses and bears a push, with at most twenty lines that are not the user's."""
+    pytest.importorskip("mujoco")
+    if missing := named_robots()["g1"].missing:
+        pytest.skip(f"g1 is not installed: {missing}")
+    assert example("own_mujoco_loop").main()
+    assert "sag" in capsys.readouterr().out
+    assert lines_of_ours(FOLDER / "own_mujoco_loop.py") <= 20 - 3  # and three imports
+
+
+def test_a_target_that_moves(example):
+    assert example("follow_target").main()

@@ -44,6 +44,7 @@ BELOW = {
     "control": {*KINEMATIC, "trajectories", "contacts", "hqp", "renamed"},
     "wbc": CONTROL,
     "physics": {*KINEMATIC, "collision", "contacts"},
+    "adapters": {*KINEMATIC, "contacts", "physics"},
     "scenarios": {"errors", "bounded_yaml", "spatial", "robots"},
     "simulation": BUILT,
     "analysis": BUILT,

@@ -19,9 +19,13 @@ _HOMES = {
     "EquipoiseError": "equipoise.errors",
     "Hierarchy": "equipoise.hqp",
     "InputError": "equipoise.errors",
+    "InverseKinematics": "equipoise.motion",
     "Kinematics": "equipoise.kinematics",
+    "LiveTarget": "equipoise.trajectories",
+    "LoopSettings": "equipoise.wbc",
     "Measurement": "equipoise.control",
     "MotionGenerator": "equipoise.motion",
+    "MujocoAdapter": "equipoise.adapters",
     "PassivityController": "equipoise.control",
     "Reference": "equipoise.control",
     "RigidContactEngine": "equipoise.physics",
@@ -44,6 +48,7 @@ _HOMES = {
 }
 
 if TYPE_CHECKING:  # the same once more, for editors and type checkers; a test compares
+    from equipoise.adapters import MujocoAdapter
     from equipoise.api import run_scenario
     from equipoise.contacts import ContactStack, SoleContact
     from equipoise.control import (
@@ -56,13 +61,13 @@ if TYPE_CHECKING:  # the same once more, for editors and type checkers; a test c
     from equipoise.errors import EquipoiseError, InputError
     from equipoise.hqp import Hierarchy, Rows, Solution, make_solver
     from equipoise.kinematics import Kinematics
-    from equipoise.motion import MotionGenerator, solve_posture
+    from equipoise.motion import InverseKinematics, MotionGenerator, solve_posture
     from equipoise.physics import RigidContactEngine
     from equipoise.robots import Robot, get_robot, load_robot
     from equipoise.runlog import Run, load_run
     from equipoise.scenarios import read_scenario
-    from equipoise.trajectories import Waypoint, WaypointTrajectory
-    from equipoise.wbc import ControlSettings, WholeBodyController
+    from equipoise.trajectories import LiveTarget, Waypoint, WaypointTrajectory
+    from equipoise.wbc import ControlSettings, LoopSettings, WholeBodyController
 else:
 
     def __getattr__(name: str) -> object:
@@ -78,9 +83,13 @@ __all__ = [
     "EquipoiseError",
     "Hierarchy",
     "InputError",
+    "InverseKinematics",
     "Kinematics",
+    "LiveTarget",
+    "LoopSettings",
     "Measurement",
     "MotionGenerator",
+    "MujocoAdapter",
     "PassivityController",
     "Reference",
     "RigidContactEngine",

@@ -8,7 +8,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise.contacts import ContactStack, PointContact
+from equipoise.contacts import ContactStack, SurfaceContact
+from equipoise.contacts.surfaces import Plane
 from equipoise.control import (
     ControlGains,
     ControlStatus,
@@ -230,11 +231,14 @@ def test_who_shares_out_the_base_wrench_changes_nothing_else(hrp2, rng):
     assert apart > 1.0
 
 
-def test_only_soles_share_out_within_bounds(hrp2, rng):
+def test_only_feet_share_out_within_bounds(hrp2, rng):
     q, _ = random_state(hrp2, rng, 0.1)
     sole, other = sole_contacts(hrp2, q)
-    point = PointContact("heel", True, frame=other.frame, p_world=np.zeros(3))
-    with pytest.raises(InputError, match="only soles"):
+    slide = SurfaceContact(
+        name="heel", supporting=True, frame=other.frame, surface=Plane(),
+        T_world_surface=other.T_world_anchor,
+    )  # fmt: skip
+    with pytest.raises(InputError, match="only soles and feet that are points"):
         PassivityController(
-            hrp2, ContactStack([sole, point]), ControlGains(K_d=1.0), DT, bounds=ReactionBounds()
+            hrp2, ContactStack([sole, slide]), ControlGains(K_d=1.0), DT, bounds=ReactionBounds()
         )

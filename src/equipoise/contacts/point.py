@@ -12,11 +12,15 @@ from equipoise.contacts.alone import alone_of
 from equipoise.contacts.base import ORIGIN, WRENCH_LABELS, WRENCH_UNITS, KernelContact
 from equipoise.contacts.body_point import require_offset
 from equipoise.contacts.view import POINT, ContactView, frame_of, joint_of
+from equipoise.errors import InputError
+from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import ACCELERATIONS, COLUMNS, VELOCITIES, acceleration_at
 from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.spatial import Array
 from equipoise.spatial.kernels import crossed, turned
-from equipoise.spatial.numbers import real_array
+from equipoise.spatial.numbers import real_array, real_number
+
+FRICTION = 0.7  # coefficient between a foot and the ground, unless another is given
 
 
 @compiled
@@ -51,17 +55,51 @@ def point_drift(c: ContactView) -> None:
 class PointContact(KernelContact):
     """The point `offset` [m] of `frame` stays at `p_world` (3,) [m].
 
-    Rows and force are in world axes; the frame may turn about the point.
+    Rows and force are in world axes; the frame may turn about the point. One that is `supporting`
+    is a foot on level ground: it can only push, along z, within the cone of its `friction`.
     """
 
     frame: str | int
     p_world: Array
     offset: tuple[float, float, float] = ORIGIN
+    friction: float = FRICTION
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require_offset(self.name, self.offset)
         real_array(f"p_world of contact {self.name!r}", self.p_world, (3,))
+        if not real_number(f"the friction of contact {self.name!r}", self.friction) > 0.0:
+            raise InputError(
+                f"the friction of contact {self.name!r} must be positive", given=self.friction
+            )
+
+    @classmethod
+    def standing(
+        cls, frame: str, kin: Kinematics, *, name: str | None = None, friction: float = FRICTION
+    ) -> PointContact:
+        """Return a supporting foot whose point, the origin of `frame`, stays where it is at `kin`.
+
+        It is called as the frame is, unless a `name` is given. Raises: `NameNotFoundError`.
+        """
+        return cls(
+            name=frame if name is None else name,
+            supporting=True,
+            frame=frame,
+            friction=friction,
+            p_world=kin.placement(frame).translation,
+        )
+
+    @property
+    def normal_row(self) -> int | None:
+        """The row of z if it stands on the ground; a point that is held elsewhere has none."""
+        return 2 if self.supporting else None
+
+    def reaction_costs(self) -> tuple[Array, Array]:
+        """Return the cost of each component, as for a sole: what it uses up of the cone."""
+        if not self.supporting:
+            return super().reaction_costs()
+        tangential = 1.0 / self.friction
+        return np.array([0.0, 0.0, 0.3]), np.array([tangential, tangential, 0.0])
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -3,11 +3,13 @@
 from equipoise.motion.acceleration_advice import AccelerationAdvice, advise_accelerations
 from equipoise.motion.generator import MotionGenerator, MotionStep, StaleMotionError
 from equipoise.motion.governor import Governor
+from equipoise.motion.inverse_kinematics import InverseKinematics
 from equipoise.motion.posture import PostureNotFoundError, solve_posture
 
 __all__ = [
     "AccelerationAdvice",
     "Governor",
+    "InverseKinematics",
     "MotionGenerator",
     "MotionStep",
     "PostureNotFoundError",

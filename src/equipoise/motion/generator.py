@@ -211,7 +211,8 @@ class MotionGenerator:
         self._state.q[:] = q
         self._memory = KinematicsMemory(self.robot, workspace, FIRST)
         self.one_call = isinstance(self.solver, ActiveSet) and not program.needs_python
-        self.asks_before = bool(program.targets.given or program.contacts.placed)
+        targets = program.targets
+        self.asks_before = bool(targets.given or targets.live or program.contacts.placed)
         self._own = isinstance(self.solver, ActiveSet)
 
     @property

@@ -82,24 +82,37 @@ from equipoise.motion.memory import (
     WINDOW,
 )
 from equipoise.tasks.avoidance import avoidance_rows
+from equipoise.tasks.com_point import com_point_rows
 from equipoise.tasks.com_polygon import com_rows
+from equipoise.tasks.coupling import coupling_rows
+from equipoise.tasks.damping import damping_rows
 from equipoise.tasks.floor_support import support_rows
+from equipoise.tasks.frame_axes import frame_axes_rows
 from equipoise.tasks.frame_pose import frame_pose_rows
 from equipoise.tasks.gaze import gaze_rows
 from equipoise.tasks.joint_accelerations import acceleration_rows
 from equipoise.tasks.joint_limits import limit_rows
 from equipoise.tasks.posture import posture_rows
+from equipoise.tasks.relative_frame import relative_frame_rows
 from equipoise.tasks.view import (
     AVOIDANCE,
+    COM_POINT,
     COM_POLYGON,
+    COUPLING,
+    DAMPING,
     FLOOR_SUPPORT,
+    FRAME_AXES,
     FRAME_POSE,
     GAZE,
     JOINT_ACCELERATIONS,
     JOINT_LIMITS,
+    KEEP_IN,
+    KEEP_OUT,
     POSTURE,
+    RELATIVE_FRAME,
     TaskView,
 )
+from equipoise.tasks.volumes import keep_in_rows, keep_out_rows
 from equipoise.trajectories.fade import fade_weight
 from equipoise.trajectories.targets import ROWS as TARGET_ROWS
 from equipoise.trajectories.targets import evaluate_targets, slow_targets
@@ -209,6 +222,20 @@ def task_rows(m: MotionBlocks, k: int, A: np.ndarray, lower: np.ndarray, upper: 
         acceleration_rows(view)
     elif kind == FLOOR_SUPPORT:
         support_rows(view)
+    elif kind == FRAME_AXES:
+        frame_axes_rows(view)
+    elif kind == COM_POINT:
+        com_point_rows(view)
+    elif kind == COUPLING:
+        coupling_rows(view)
+    elif kind == DAMPING:
+        damping_rows(view)
+    elif kind == KEEP_IN:
+        keep_in_rows(view)
+    elif kind == KEEP_OUT:
+        keep_out_rows(view)
+    elif kind == RELATIVE_FRAME:
+        relative_frame_rows(view)
     elif kind == AVOIDANCE:
         pairs = part_of(m.floats, m.whole, m.tables, integers(m.tasks, PAIRS_PART)[k])
         avoidance_rows(m.tree, m.state, pairs, numbers, A, lower, upper, at)

@@ -31,7 +31,7 @@ from equipoise.motion.memory import (
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask, ContactTask, KernelTask, Task
-from equipoise.tasks.view import COM_POLYGON, FLOOR_SUPPORT, JOINT_ACCELERATIONS
+from equipoise.tasks.view import COM_POINT, COM_POLYGON, FLOOR_SUPPORT, JOINT_ACCELERATIONS
 from equipoise.trajectories import Fade
 from equipoise.trajectories.targets import TargetList, write_given
 
@@ -104,7 +104,7 @@ class MotionProgram:
         return bool(self.plain) or self.contacts.needs_python
 
     def _frames(self) -> list[int]:
-        names = [one.task.frame for one in self.kernel_tasks if one.task.frame is not None]
+        names = [frame for one in self.kernel_tasks for frame in one.task.frames]
         names += self.contacts.frames()
         return list(dict.fromkeys(map(self.robot.frame_id, names)))
 
@@ -140,12 +140,14 @@ class MotionProgram:
         searches = (
             f"search{k}.{name}" for k in range(len(self.fades) + 1) for name in SEARCH_MEMORY
         )
-        return ("reference.q", "tasks.v_ref", "tasks.clock", *searches)
+        live = ("targets.numbers",) if self.targets.live else ()
+        return ("reference.q", "tasks.v_ref", "tasks.clock", *searches, *live)
 
     def fill(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:
         """Write the constants; `number_of` a frame is its number in the tree."""
         parts = workspace.parts
         self.targets.fill(parts["targets"])
+        self.targets.lead(parts["targets"])
         self.contacts.fill(parts["contacts"], number_of)
         self._fill_tasks(workspace, number_of)
         self._fill_contacts(parts["tasks"])
@@ -168,13 +170,15 @@ class MotionProgram:
             if isinstance(task, KernelTask):
                 part.rates[k] = task.rate
                 part.frame[k] = 0 if task.frame is None else number_of(task.frame)
+                if task.second is not None:
+                    part.numbers[part.first[k]] = number_of(task.second)
                 if task.target is not None:
                     part.target[k] = self.targets.number_of(task.target)
             else:
                 which = k - len(self.kernel_tasks)
                 part.pairs[k] = list(workspace.parts).index(f"pairs{which}")
         kinds = {one.task.kind for one in self.kernel_tasks}
-        part.flags[NEEDS_COM] = bool(kinds & {COM_POLYGON, FLOOR_SUPPORT})
+        part.flags[NEEDS_COM] = bool(kinds & {COM_POINT, COM_POLYGON, FLOOR_SUPPORT})
         part.flags[NEEDS_BEFORE] = bool(kinds & {JOINT_ACCELERATIONS, FLOOR_SUPPORT})
         part.flags[NEEDS_MOTION] = FLOOR_SUPPORT in kinds
         part.clock[:] = 0.0
@@ -221,19 +225,24 @@ class MotionProgram:
         """Write first and last column of the rows that depend on one chain of joints only."""
         model = self.robot.model
         for one in self.kernel_tasks:
-            if one.task.frame is not None:
-                frame = model.frames[self.robot.frame_id(one.task.frame)]
-                supports = [model.joints[j] for j in list(model.supports[frame.parentJoint])[1:]]
-                if supports:
-                    last = max(joint.idx_v + joint.nv for joint in supports)
-                    part.last[one.rows] = last
+            carriers = [
+                model.frames[self.robot.frame_id(frame)].parentJoint for frame in one.task.frames
+            ]
+            supports = [model.joints[j] for c in carriers for j in list(model.supports[c])[1:]]
+            if supports:
+                part.last[one.rows] = max(joint.idx_v + joint.nv for joint in supports)
         for row in np.flatnonzero(part.single >= 0):
             part.first[row], part.last[row] = part.single[row], part.single[row] + 1
 
     # -- what Python adds every tick ------------------------------------------------------------
 
     def write_before(self, workspace: Workspace, t: float) -> None:
-        """Ask targets and surfaces in plain Python where they are at time `t` [s]."""
+        """Ask targets and surfaces in plain Python where they are at time `t` [s].
+
+        Hand over what was set of live targets.
+        """
+        for live in self.targets.live:
+            live.post()
         write_given(workspace.parts["targets"], self.targets.given, t)
         self.contacts.write_places(workspace.parts["contacts"], t)
 

@@ -174,12 +174,37 @@ def _retarget_avoidance(task: Tree, change: _Change, path: str) -> None:
     task["pairs"] = change.pairs(task["pairs"], f"{path}.pairs")
 
 
+def _retarget_volume(task: Tree, change: _Change, path: str) -> None:
+    change.move(task["at"])
+    change.scale(task, "size", "radius", "offset")
+
+
+def _retarget_frame_axes(task: Tree, change: _Change, path: str) -> None:
+    _retarget_frame_path(task, change, path)
+    change.scale(task, "offset")
+
+
+def _retarget_relative_frame(task: Tree, change: _Change, path: str) -> None:
+    change.frame(task, "relative_to", path)
+    for waypoint in task["waypoints"]:
+        change.scale(waypoint, "xyz")
+
+
+def _retarget_joint_limits(task: Tree, change: _Change, path: str) -> None:
+    for key in ("speeds", "frozen"):
+        _require_joints(task.get(key, ()), change, f"{path}.{key}")
+
+
 def _retarget_posture(task: Tree, change: _Change, path: str) -> None:
-    if not set(task["joints"]) <= set(change.after.joint_names):
+    _require_joints(task["joints"], change, f"{path}.joints")
+
+
+def _require_joints(joints: Iterable[str], change: _Change, path: str) -> None:
+    if not set(joints) <= set(change.after.joint_names):
         raise ScenarioError(
             f"not all joints named here are joints of {change.after.name}",
-            path=f"{path}.joints",
-            given=sorted(task["joints"]),
+            path=path,
+            given=sorted(joints),
             known=change.after.joint_names,
             remedy=f"Say under for_robot.{change.after.name} where its joints should be",
         )
@@ -193,4 +218,11 @@ _TASKS: dict[str, Callable[[Tree, _Change, str], None]] = {
     "gaze": _retarget_gaze,
     "avoidance": _retarget_avoidance,
     "posture": _retarget_posture,
+    "joint_limits": _retarget_joint_limits,
+    "joint_coupling": _retarget_posture,
+    "frame_axes": _retarget_frame_axes,
+    "relative_frame": _retarget_relative_frame,
+    "com_point": _retarget_frame_path,
+    "keep_in": _retarget_volume,
+    "keep_out": _retarget_volume,
 }

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription, Rows
@@ -15,7 +16,8 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import positive
 from equipoise.tasks.view import GIVEN
-from equipoise.trajectories import PoseTrajectory
+from equipoise.trajectories import LiveTarget, PoseTrajectory
+from equipoise.trajectories.base import require_trajectory
 
 _ROUNDING = 1e-9  # of rate * period
 
@@ -73,13 +75,15 @@ class KernelTask(Task):
     """A task whose rows come from a kernel, `kind` telling `program` which.
 
     It says which `frame` (None: none) it is about, its `target`, its `rate` [1/s] and other
-    `numbers`. Its rows never change in number. `alone` calls its kernel for one task, made by
+    `numbers`. With a `second` frame the first of these becomes the number of that frame. Its rows
+    never change in number. `alone` calls its kernel for one task, made by
     `alone_of`.
     """
 
     row_unit: str
     rate: float
     frame: str | int | None = None
+    second: str | int | None = None
     target: PoseTrajectory | None = None
     alone: ClassVar[Callable[..., None]]
 
@@ -87,6 +91,11 @@ class KernelTask(Task):
     def numbers(self) -> Array:
         """What else the kernel needs (k,)."""
         return np.zeros(0)
+
+    @property
+    def frames(self) -> tuple[str | int, ...]:
+        """The frames that it is about."""
+        return tuple(one for one in (self.frame, self.second) if one is not None)
 
     @property
     def row_labels(self) -> tuple[str, ...]:
@@ -101,13 +110,49 @@ class KernelTask(Task):
         m = len(self.row_labels)
         A, lower, upper = np.zeros((m, kin.robot.nv)), np.empty(m), np.empty(m)
         self.write_constants(A, kin.robot)
-        workspace = kin.with_frames(() if self.frame is None else (self.frame,))
+        workspace = kin.with_frames(self.frames)
         target = np.zeros(18) if self.target is None else self.target.row(t)
         type(self).alone(
             workspace.floats, workspace.integers, workspace.tables, target, float(self.rate),
             self.numbers, A, lower, upper,
         )  # fmt: skip
         return Rows(self.name, self.row_unit, self.row_labels, A, lower, upper)
+
+
+Pose: TypeAlias = pin.SE3 | tuple[pin.SE3, Array]
+
+
+class AimedTask(KernelTask):
+    """A task with a target: a trajectory given at the beginning, or a pose set while it runs.
+
+    `task.target = pose`, or `= pose, twist`, from any thread, where the target was given as a pose
+    or as a `LiveTarget`; it is taken at the next tick and faded (see `LiveTarget`).
+    """
+
+    def __init__(self, name: str, target: PoseTrajectory | pin.SE3) -> None:
+        super().__init__(name)
+        if isinstance(target, pin.SE3):
+            target = LiveTarget(target)
+        require_trajectory(f"the target of task {name!r}", target)
+        self._target: PoseTrajectory = target
+
+    @property
+    def target(self) -> PoseTrajectory:
+        """What is followed; set it to a pose, or to a pose and its twist (6,) in world axes."""
+        return self._target
+
+    @target.setter
+    def target(self, wanted: Pose) -> None:
+        live = self._target
+        if not isinstance(live, LiveTarget):
+            raise InputError(
+                f"the target of task {self.name!r} is a {type(live).__name__}, which says itself "
+                "where it is",
+                remedy="To set it while it runs, give the task a pose or a `LiveTarget(pose)` at "
+                "its construction",
+            )
+        pose, twist = wanted if isinstance(wanted, tuple) else (wanted, None)
+        live.set(pose, twist)
 
 
 def describe_rows(tasks: Sequence[Task], hierarchy: Hierarchy) -> tuple[RowDescription, ...]:

@@ -20,11 +20,10 @@ from equipoise.spatial import Array
 from equipoise.spatial.kernels import rotation_difference
 from equipoise.spatial.numbers import not_negative, positive
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, require_frame, require_rate
+from equipoise.tasks.base import AimedTask, require_frame, require_rate
 from equipoise.tasks.joint_rows import write_joint_rows
 from equipoise.tasks.view import FRAME_POSE, TaskView
 from equipoise.trajectories import PoseTrajectory
-from equipoise.trajectories.base import require_trajectory
 
 SPEED, TURN, DAMPING, JOINTS = range(4)  # entries of the numbers
 FREE = 0.02  # [m] from the target nothing is damped
@@ -82,15 +81,16 @@ def shorten(x: np.ndarray, at: int, longest: float) -> None:
             x[i] *= longest / length
 
 
-class FramePoseTask(KernelTask):
+class FramePoseTask(AimedTask):
     """Drive the pose of `frame` to a trajectory: `J v = twist_ref + rate * error`.
 
-    Args: `rate` [1/s], the paper's alpha of task convergence. `speed` [m/s] and `turn` [rad/s]
-    bound what is asked of the frame, in its direction, however far off the target is. `damping`
-    asks the joints of the `robot` on the same level not to move, the more the farther off the
-    target is: rows `w v_j = 0` with `w = damping * distance`, so that an arm which is stretched to
-    its end does not swing between two ways of being stretched. Closer than 2 cm and 0.1 rad nothing
-    is damped; while it is, levels below get nothing.
+    Args: `target`, a trajectory, or a pose that may be set while it runs (see `AimedTask`);
+    `rate` [1/s], the paper's alpha of task convergence. `speed` [m/s] and `turn` [rad/s] bound what
+    is asked of the frame, in its direction, however far off the target is. `damping` asks the
+    joints of the `robot` on the same level not to move, the more the farther off the target is:
+    rows `w v_j = 0` with `w = damping * distance`, so that an arm which is stretched to its end
+    does not swing between two ways of being stretched. Closer than 2 cm and 0.1 rad nothing is
+    damped; while it is, levels below get nothing.
     Source of the damping: Sugihara 2011 (Levenberg-Marquardt, the error as its damping).
     Source: eqs. (9)-(10). Differs from the print: the sign of (10) is that of J, the Jacobian of
     the frame itself and not of the error; the target's own twist is fed forward.
@@ -104,7 +104,7 @@ class FramePoseTask(KernelTask):
         self,
         name: str,
         frame: str | int,
-        target: PoseTrajectory,
+        target: PoseTrajectory | pin.SE3,
         *,
         rate: float = 10.0,
         speed: float = math.inf,
@@ -112,10 +112,8 @@ class FramePoseTask(KernelTask):
         damping: float = 0.0,
         robot: Robot | None = None,
     ) -> None:
-        super().__init__(name)
+        super().__init__(name, target)
         self.frame: str | int = require_frame(name, frame)
-        require_trajectory(f"the target of task {name!r}", target)
-        self.target: PoseTrajectory = target
         self.rate = require_rate(name, rate)
         self.speed = _bound(f"the speed of task {name!r}", speed, "m/s")
         self.turn = _bound(f"the turn of task {name!r}", turn, "rad/s")

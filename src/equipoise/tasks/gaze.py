@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.compiled import compiled, entrance, scratch, scratch_matrix
 from equipoise.compiled.workspace import integers, matrix
@@ -15,10 +16,9 @@ from equipoise.kinematics.tree import FRAME_JOINT
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import turned, turned_back
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, by_component, require_frame, require_rate
+from equipoise.tasks.base import AimedTask, by_component, require_frame, require_rate
 from equipoise.tasks.view import GAZE, TaskView
 from equipoise.trajectories import PoseTrajectory
-from equipoise.trajectories.base import require_trajectory
 
 _NEAREST = 1e-3  # [m] a point closer to the camera than this has no direction
 _STRAIGHT = (
@@ -110,7 +110,7 @@ def gaze_error(T: np.ndarray, target: np.ndarray, error: np.ndarray) -> None:
     angles(ray, across, error)
 
 
-class GazeTask(KernelTask):
+class GazeTask(AimedTask):
     """Turn the x axis of the camera frame to the origin of a moving target, wherever that is.
 
     The rows are the rates of the target's direction in camera axes, along y and z carried from the
@@ -127,12 +127,15 @@ class GazeTask(KernelTask):
     alone = staticmethod(alone_of("gaze", gaze_rows))
 
     def __init__(
-        self, name: str, camera: str | int, target: PoseTrajectory, *, rate: float = 5.0
+        self,
+        name: str,
+        camera: str | int,
+        target: PoseTrajectory | pin.SE3,
+        *,
+        rate: float = 5.0,
     ) -> None:
-        super().__init__(name)
+        super().__init__(name, target)
         self.frame: str | int = require_frame(name, camera)
-        require_trajectory(f"the target of task {name!r}", target)
-        self.target: PoseTrajectory = target
         self.rate = require_rate(name, rate)
 
     def error(self, kin: Kinematics, t: float) -> Array:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from equipoise.compiled import compiled
 from equipoise.compiled.workspace import integers, vector
+from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.hqp.row_names import SPEED_LIMIT
 from equipoise.kinematics import Kinematics
@@ -41,8 +43,10 @@ class JointLimitsTask(KernelTask):
 
     `rate * (q_min + margin - q) <= v <= rate * (q_max - margin - q)`: a limit moved in by
     `margin` [rad] is approached exponentially and not crossed while `rate * dt <= 1`.
-    `velocity_share` in (0, 1] is the part of the velocity limit that may be used.
-    Raises: `InputError` for a negative margin or a share outside (0, 1].
+    `velocity_share` in (0, 1] is the part of the velocity limit that may be used; `speeds` [rad/s]
+    bound single joints further, by name. Joints that are `frozen` do not move at all.
+    Raises: `InputError` for a negative margin or speed, or a share outside (0, 1];
+    `NameNotFoundError`.
     """
 
     row_unit = "rad/s"
@@ -57,6 +61,8 @@ class JointLimitsTask(KernelTask):
         margin: float = 0.01,
         velocity_share: float = 0.95,
         rate: float = 20.0,
+        speeds: Mapping[str, float] | None = None,
+        frozen: Sequence[str] = (),
     ) -> None:
         super().__init__(name)
         margin = not_negative(f"the margin of task {name!r}", margin, "rad")
@@ -67,6 +73,13 @@ class JointLimitsTask(KernelTask):
         self.q_low = robot.q_min + inset
         self.q_high = robot.q_max - inset
         self.v_share = velocity_share * robot.v_max
+        for joint, speed in (speeds or {}).items():
+            i = robot.joint_index(joint)
+            speed = not_negative(f"the speed of {joint} in task {name!r}", speed, "rad/s")
+            self.v_share[i] = min(self.v_share[i], speed)
+        if isinstance(frozen, str):
+            raise InputError(f"task {name!r} freezes several joints", given=frozen, remedy="A list")
+        self.v_share[[robot.joint_index(joint) for joint in frozen]] = 0.0
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from equipoise.hqp.solution import violation
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
 from equipoise.tasks.base import Task
+from equipoise.tasks.damping import DampingTask
 from equipoise.tasks.posture import PostureTask
 
 TOLERANCES = {"m": 1e-3, "rad": 1e-3}  # of an error that counts as none, by unit
@@ -65,11 +66,11 @@ def standing_of(task: Task, kin: Kinematics, v: Array, t: float) -> Standing:
 def word_of(task: Task | None, rows: Violations) -> str:
     """Return what to call a task whose rows have these violations.
 
-    What is left of the lowest wish, the posture, failed nobody. Neither did a bound on speed that
-    the task's own level had to pass, nor what is too small to be seen.
+    What is left of the lowest wish, the posture or rest, failed nobody. Neither did a bound on
+    speed that the task's own level had to pass, nor what is too small to be seen.
     """
     rows = tuple(rows)
-    if isinstance(task, PostureTask):
+    if isinstance(task, PostureTask | DampingTask):
         return LEFT_OVER
     if all(words.is_speed(w) for words, w in rows if w):
         return AT_BOUND

@@ -11,8 +11,9 @@ from equipoise.compiled.workspace import Block
 from equipoise.kinematics.tree import base_size
 
 # kinds of tasks as kernels know them; the rows of a GIVEN one are written from Python
-(GIVEN, FRAME_POSE, GAZE, COM_POLYGON, JOINT_LIMITS, POSTURE, AVOIDANCE, JOINT_ACCELERATIONS,
- FLOOR_SUPPORT) = range(9)  # fmt: skip
+GIVEN, FRAME_POSE, GAZE, COM_POLYGON, JOINT_LIMITS, POSTURE, AVOIDANCE = range(7)
+FRAME_AXES, COM_POINT, COUPLING, DAMPING, KEEP_IN, KEEP_OUT, RELATIVE_FRAME = range(7, 14)
+JOINT_ACCELERATIONS, FLOOR_SUPPORT = range(14, 16)
 
 
 class TaskView(NamedTuple):

@@ -4,6 +4,7 @@ from equipoise.trajectories.attached import AttachedTrajectory
 from equipoise.trajectories.base import PoseSample, PoseTrajectory
 from equipoise.trajectories.fade import Fade
 from equipoise.trajectories.fixed import FixedPose
+from equipoise.trajectories.live import LiveScalar, LiveTarget
 from equipoise.trajectories.profile import Profile
 from equipoise.trajectories.pushing import PushingForce
 from equipoise.trajectories.scalar import ScalarTrajectory
@@ -15,6 +16,8 @@ __all__ = [
     "AttachedTrajectory",
     "Fade",
     "FixedPose",
+    "LiveScalar",
+    "LiveTarget",
     "MotionLimits",
     "PoseSample",
     "PoseTrajectory",

@@ -13,7 +13,7 @@ from equipoise.spatial import Array, pose_row
 from equipoise.spatial.numbers import real_number
 
 # kinds of targets as kernels know them; GIVEN is written from Python
-GIVEN, FIXED, WAYPOINTS, ATTACHED, TRAVEL = range(5)
+GIVEN, FIXED, WAYPOINTS, ATTACHED, TRAVEL, LIVE = range(6)
 SHORTEST = 1e-4  # [s] between two moments of a way: less is a slip, and no controller follows
 NEARLY = 0.999  # of it, since differences of times are rounded
 ROW = 18  # numbers of a target: a pose row, then its twist

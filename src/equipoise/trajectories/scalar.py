@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from equipoise.spatial import Array
 
 # kinds of scalars as kernels know them; a GIVEN one is written from Python
-GIVEN, PROFILE, PUSHING = range(3)
+GIVEN, PROFILE, PUSHING, LIVE = range(4)
 
 
 class ScalarTrajectory(ABC):

@@ -12,9 +12,17 @@ import numpy as np
 from equipoise.compiled import compiled
 from equipoise.compiled.workspace import Arrays, Block, Part, Shape, integers, vector
 from equipoise.spatial import Array
+from equipoise.trajectories.live import LiveScalar, live_scalar_at
 from equipoise.trajectories.profile import profile_at
 from equipoise.trajectories.pushing import pushing_at
-from equipoise.trajectories.scalar import GIVEN, PROFILE, PUSHING, CompiledScalar, ScalarTrajectory
+from equipoise.trajectories.scalar import (
+    GIVEN,
+    LIVE,
+    PROFILE,
+    PUSHING,
+    CompiledScalar,
+    ScalarTrajectory,
+)
 
 SCALARS = Arrays(
     ("values", "offsets", "least", "numbers", "kind", "first"), frozenset({"kind", "first"})
@@ -64,6 +72,8 @@ def fill_scalars(part: Part, scalars: Sequence[Scalar], least: Sequence[float]) 
         numbers = numbers_of(one)
         part.kind[k], part.first[k] = kind_of(one), start
         part.numbers[start : start + len(numbers)] = numbers
+        if isinstance(one, LiveScalar):
+            one.work_in(part.numbers[start : start + len(numbers)])
         start += len(numbers)
         part.first[k + 1] = start
 
@@ -87,3 +97,5 @@ def evaluate_scalars(scalars: Block, t: float) -> None:
             values[k] = profile_at(numbers, t)
         elif kind[k] == PUSHING:
             values[k] = pushing_at(numbers, t)
+        elif kind[k] == LIVE:
+            values[k] = live_scalar_at(numbers, t)

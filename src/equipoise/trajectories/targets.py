@@ -17,12 +17,14 @@ from equipoise.trajectories.base import (
     ATTACHED,
     FIXED,
     GIVEN,
+    LIVE,
     ROW,
     TRAVEL,
     WAYPOINTS,
     CompiledTrajectory,
     PoseTrajectory,
 )
+from equipoise.trajectories.live import LiveTarget, live_row
 from equipoise.trajectories.travel import travelling_row
 from equipoise.trajectories.waypoints import waypoint_row
 
@@ -52,6 +54,17 @@ class TargetList:
     def given(self) -> list[tuple[int, PoseTrajectory]]:
         """Number and trajectory of those that are asked from Python every tick."""
         return [(k, one) for k, one in enumerate(self.trajectories) if one.kind == GIVEN]
+
+    @property
+    def live(self) -> list[LiveTarget]:
+        """Those that may be set between two ticks."""
+        return [one for one in self.trajectories if isinstance(one, LiveTarget)]
+
+    def lead(self, part: Part) -> None:
+        """Let live targets keep their numbers in a part: its ticks are those that take them."""
+        for k, one in enumerate(self.trajectories):
+            if isinstance(one, LiveTarget):
+                one.work_in(part.numbers[part.first[k] : part.first[k + 1]])
 
     def _numbers(self) -> list[Array]:
         return [
@@ -113,3 +126,5 @@ def evaluate_target(targets: Block, k: int, t: float) -> None:
         attached_row(body, numbers, rows[k])
     elif kind == TRAVEL:
         travelling_row(body, numbers, t, rows[k])
+    elif kind == LIVE:
+        live_row(numbers, t, rows[k])

@@ -1,10 +1,13 @@
 """The whole controller in one object, and the tick that runs it."""
 
-from equipoise.wbc.controller import (
-    ControlSettings,
-    NewController,
-    WholeBodyCommand,
-    WholeBodyController,
-)
+from equipoise.wbc.controller import NewController, WholeBodyCommand, WholeBodyController
+from equipoise.wbc.doors import LoopSettings
+from equipoise.wbc.settings import ControlSettings
 
-__all__ = ["ControlSettings", "NewController", "WholeBodyCommand", "WholeBodyController"]
+__all__ = [
+    "ControlSettings",
+    "LoopSettings",
+    "NewController",
+    "WholeBodyCommand",
+    "WholeBodyController",
+]

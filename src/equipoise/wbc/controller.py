@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,15 +12,12 @@ from equipoise.contacts import Contact, ContactSchedule, ContactStack
 from equipoise.contacts.pull import least_wanted, refuse_pull
 from equipoise.control import (
     Command,
-    ControlGains,
     Controller,
     ControlStatus,
     Measurement,
     PassivityController,
-    ReactionBounds,
     Reference,
     Supervisor,
-    SupervisorLimits,
 )
 from equipoise.control.passivity.law import STATUS, require_support
 from equipoise.control.passivity.program import LawProgram
@@ -29,8 +25,9 @@ from equipoise.control.supervisor import Mode
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
 from equipoise.hqp import Hierarchy, HierarchySolver, Solution, Status, make_solver
 from equipoise.kinematics.tree import fill_tree, tree_of
-from equipoise.motion import Governor, MotionGenerator
+from equipoise.motion import MotionGenerator
 from equipoise.motion.generator import STAGES, STATUS_OF
+from equipoise.motion.levels import Wishes
 from equipoise.motion.memory import CLOCK_RATE, CLOCK_TIME, GOVERNED
 from equipoise.motion.memory import STATUS as MOTION_STATUS
 from equipoise.motion.program import MotionProgram
@@ -38,7 +35,7 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_array, real_vector, require_period
 from equipoise.tasks import Task
-from equipoise.trajectories import Fade
+from equipoise.trajectories import Fade, LiveScalar
 from equipoise.trajectories.scalar import GIVEN
 from equipoise.trajectories.scalars import (
     Scalar,
@@ -48,7 +45,9 @@ from equipoise.trajectories.scalars import (
     scalar_shapes,
     value_of,
 )
+from equipoise.wbc.doors import Forces, LoopSettings, Opened, Wish, mount, stand
 from equipoise.wbc.memory import FADING, PERIOD, POSTURE_ERROR, TILT, meeting_shapes
+from equipoise.wbc.settings import ControlSettings
 from equipoise.wbc.tick import (
     ASKED,
     BEGIN_LAW,
@@ -64,24 +63,6 @@ from equipoise.wbc.tick import (
 
 Wrenches = Array | Mapping[str, Array]
 NewController = Callable[[ContactStack], Controller]
-
-
-@dataclass(frozen=True)
-class ControlSettings:
-    """How a robot is controlled.
-
-    `period` [s] of a tick; `gains` of the law; `bounds` on the supporting reactions (None: the
-    least costly ones); `filter_time` [s] of the reaction observer; `limits` of the supervisor;
-    `solver` of the hierarchy, by name; `governor` of the targets' clock (None: it is the time).
-    """
-
-    gains: ControlGains
-    period: float = 0.001
-    bounds: ReactionBounds | None = None
-    filter_time: float = 0.0
-    limits: SupervisorLimits = field(default_factory=SupervisorLimits)
-    solver: str = "active_set"
-    governor: Governor | None = None
 
 
 class WholeBodyCommand:
@@ -206,6 +187,60 @@ class WholeBodyController:
         self._fused = self._runs_in_one_call()
         self._hold(self._held)
 
+    @classmethod
+    def standing(
+        cls,
+        robot: Robot,
+        q_start: Array | None = None,
+        *,
+        tasks: Wishes = (),
+        contacts: Sequence[Contact] = (),
+        forces: Forces | None = None,
+        feet: Sequence[str] | None = None,
+        loop: LoopSettings | None = None,
+    ) -> WholeBodyController:
+        """Return a controller of a robot that stands where `q_start` (nq,) puts its feet.
+
+        Level 0 holds the contacts, level 1 joint limits and balance, then come `tasks`, highest
+        priority first (a task, or a list of tasks that share a level), at last the posture
+        `q_start`, half-sitting if None. `feet` names soles, or frames that stand as points; None
+        means every sole. `contacts` hold beside them, pressed by `forces`: by contact a number [N],
+        which `want` can change, or a function of time, one for each regulated row. Gains come from
+        the adviser for a `loop` on a floor that gives; the base wrench is shared out within what
+        the floor can give.
+        Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
+        """
+        wish = Wish(tasks, contacts, forces)
+        return cls._of(robot, stand(robot, q_start, feet, wish, loop or LoopSettings()))
+
+    @classmethod
+    def fixed(
+        cls,
+        robot: Robot,
+        q_start: Array | None = None,
+        *,
+        tasks: Wishes = (),
+        contacts: Sequence[Contact] = (),
+        forces: Forces | None = None,
+        loop: LoopSettings | None = None,
+    ) -> WholeBodyController:
+        """Return a controller of a robot whose base is fixed to the world; see `standing`.
+
+        Level 0 holds the `contacts`, if there are any, level 1 the joint limits; nothing has to be
+        balanced, and no wrench of the base to be carried. No floor gives, so the gains are those of
+        `LoopSettings(delay=0)` unless a `loop` says otherwise.
+        Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
+        """
+        wish = Wish(tasks, contacts, forces)
+        return cls._of(robot, mount(robot, q_start, wish, loop or LoopSettings(delay=0.0)))
+
+    @classmethod
+    def _of(cls, robot: Robot, parts: Opened) -> WholeBodyController:
+        return cls(
+            robot, parts.levels, parts.contacts, parts.settings, parts.q_start,
+            wanted_forces=parts.wanted_forces,
+        )  # fmt: skip
+
     # -- putting together -----------------------------------------------------------------------
 
     def _take_wanted(
@@ -234,6 +269,7 @@ class WholeBodyController:
                 refuse_pull(row, self.least[row], least_of(scalar))
                 self.rows[row] = len(self.scalars)
                 self.scalars.append(scalar)
+        self._live = [one for one in self.scalars if isinstance(one, LiveScalar)]
         self._given = [k for k, one in enumerate(self.scalars) if kind_of(one) == GIVEN]
         self._least_given = [*self.least.values()]
 
@@ -264,7 +300,11 @@ class WholeBodyController:
                 "meeting": meeting_shapes(len(self.scalars), robot.na),
                 **extra,
             },
-            (*motion.program.memory, *program.memory),
+            (
+                *motion.program.memory,
+                *program.memory,
+                *(("scalars.numbers",) if self._live else ()),
+            ),
             STAGES,
         )
         fill_tree(workspace.tree, robot.model, frames)
@@ -384,6 +424,8 @@ class WholeBodyController:
         followed = self._follow(t)
         if self._given:
             self._write_given(followed)
+        for live in self._live:
+            live.post()
         if self._fused and self.supervisor.mode is Mode.RUN:
             return self._in_one(t, q, v, lam)
         return self._in_parts(t, q, v, lam)
@@ -477,6 +519,8 @@ class WholeBodyController:
         followed = self._follow(t)
         if self._given:
             self._write_given(followed)
+        for live in self._live:
+            live.post()
         self.motion.solve(followed)
         result = last.result.copy()
         result[: self.ends[0]] = self.workspace.parts["reference"].q
@@ -484,6 +528,32 @@ class WholeBodyController:
         nothing = np.zeros(0)
         tick(*self._blocks, t, nothing, nothing, nothing, WANT | MOVE, result)
         return WholeBodyCommand(t, last.status, result, self)
+
+    def task(self, name: str) -> Task:
+        """Return a task by its name, to set its target. Raises: `NameNotFoundError`."""
+        tasks = {task.name: task for level in self.motion.levels for task in level}
+        if name not in tasks:
+            raise NameNotFoundError("task", name, tasks)
+        return tasks[name]
+
+    def want(self, row: str, value: float) -> None:
+        """Let a contact press with `value` [N], or [N m], from the next tick on, faded over 0.5 s.
+
+        `row` is "contact/row", or the contact if it has one regulated row. From any thread. Only a
+        row whose wanted force was given as a number, or as a `LiveScalar`, can be set.
+        Raises: `NameNotFoundError`, `InputError` if it can only push and is wanted to pull.
+        """
+        rows = [one for one in self.rows if row in (one, one.split("/")[0])]
+        if len(rows) != 1:
+            raise NameNotFoundError("regulated row", row, self.rows)
+        scalar = self.scalars[self.rows[rows[0]]]
+        if not isinstance(scalar, LiveScalar):
+            raise InputError(
+                f"the wanted force of {rows[0]} is a function of time and cannot be set",
+                remedy="Give it as a number or as a `LiveScalar`",
+            )
+        refuse_pull(rows[0], self.least[rows[0]], value)
+        scalar.set(value)
 
     def take_over(self, tau: Array) -> None:
         """Begin from joint torques `tau` (na,) [N m] that are measured now, without a jump.

@@ -16,7 +16,7 @@ import numpy as np
 
 from equipoise.compiled import entrance
 from equipoise.compiled.workspace import Part, Shape, Workspace, part_of
-from equipoise.contacts import Contact, SoleContact
+from equipoise.contacts import Contact, PointContact, SoleContact
 from equipoise.control.base_wrench.bounded_kernels import (
     LANDED,
     SLACK,
@@ -35,6 +35,8 @@ from equipoise.hqp.solvers.active_set.memory import (
 from equipoise.hqp.solvers.active_set.solve import SOLVE
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, share
+
+Foot = SoleContact | PointContact
 
 _SIDES = 8
 BASE = 6  # rows of the base wrench, at most
@@ -118,9 +120,9 @@ class BoundsProgram:
     def fill(self, workspace: Workspace, supports: Sequence[Contact], base: int) -> None:
         """Write the constants for the soles that support now; what they leave over stays free.
 
-        Raises: `InputError` if a supporting contact is not a sole.
+        Raises: `InputError` if a supporting contact is neither sole nor point.
         """
-        soles = require_soles(supports)
+        soles = require_feet(supports)
         own, rows, search = (workspace.parts[name] for name in self.names)
         self._clear(own, rows, search, base)
         row, column = base, 0
@@ -173,11 +175,11 @@ def bounded_alone(
 class BoundedDistribution:
     """Distributes over given soles; build it once.
 
-    Raises: `InputError` if a supporting contact is not a sole.
+    Raises: `InputError` if a supporting contact is neither sole nor point.
     """
 
     def __init__(self, soles: Sequence[Contact], bounds: ReactionBounds | None = None) -> None:
-        self.soles = require_soles(soles)
+        self.soles = require_feet(soles)
         self.bounds = bounds or ReactionBounds()
         rows = sum(len(bounds_of(sole, self.bounds).b) for sole in self.soles)
         unknowns = sum(sole.size for sole in self.soles)
@@ -220,33 +222,45 @@ def status_of(numbers: Array) -> DistributionStatus:
     return DistributionStatus.SLACK if numbers[SLACK] > 1e-3 else DistributionStatus.POSSIBLE
 
 
-def require_soles(contacts: Sequence[Contact]) -> tuple[SoleContact, ...]:
-    """Return the contacts if all are soles. Raises: `InputError`."""
-    soles = tuple(contact for contact in contacts if isinstance(contact, SoleContact))
-    others = [c.name for c in contacts if not isinstance(c, SoleContact)]
+def require_feet(contacts: Sequence[Contact]) -> tuple[Foot, ...]:
+    """Return the contacts if all are soles or points. Raises: `InputError`."""
+    feet = tuple(contact for contact in contacts if isinstance(contact, SoleContact | PointContact))
+    others = [c.name for c in contacts if not isinstance(c, SoleContact | PointContact)]
     if others:
         raise InputError(
-            "only soles can share out the base wrench within bounds",
+            "only soles and feet that are points can share out the base wrench within bounds",
             given=others,
-            remedy="Leave the bounds out, or let soles support the base only",
+            remedy="Leave the bounds out, or let soles and points support the base only",
         )
-    return soles
+    return feet
 
 
-def bounds_of(sole: SoleContact, bounds: ReactionBounds) -> BoundRows:
-    """Return the rows of one sole on its wrench (6,) in the axes of the sole."""
+def bounds_of(foot: Foot, bounds: ReactionBounds) -> BoundRows:
+    """Return the rows of one foot: of a sole on its wrench (6,), of a point on its force (3,)."""
+    rows, offsets = [np.eye(foot.size)[2]], [bounds.normal_min]
+    what = [f"{foot.name} lifts"]
+    reach = bounds.friction_share * foot.friction * np.cos(np.pi / _SIDES)
+    for angle in 2.0 * np.pi * np.arange(_SIDES) / _SIDES:
+        row = np.zeros(foot.size)
+        row[:3] = -np.cos(angle), -np.sin(angle), reach
+        rows.append(row)
+        offsets.append(0.0)
+        what.append(f"{foot.name} slips")
+    found = BoundRows(np.array(rows), np.array(offsets), tuple(what))
+    return found if isinstance(foot, PointContact) else _with_moments(found, foot, bounds)
+
+
+def _with_moments(found: BoundRows, sole: SoleContact, bounds: ReactionBounds) -> BoundRows:
+    """Return the rows of a sole with those on its moments, in the axes of the sole."""
     s, friction = sole.sole, bounds.friction_share * sole.friction
     name = sole.name
-    rows, offsets, what = [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]], [bounds.normal_min], [f"{name} lifts"]
+    rows, offsets, what = [*found.A.tolist()], [*found.b.tolist()], [*found.what]
 
     def add(row: Iterable[float], sentence: str) -> None:
         rows.append(list(row))
         offsets.append(0.0)
         what.append(f"{name} {sentence}")
 
-    reach = friction * np.cos(np.pi / _SIDES)
-    for angle in 2.0 * np.pi * np.arange(_SIDES) / _SIDES:
-        add((-np.cos(angle), -np.sin(angle), reach, 0.0, 0.0, 0.0), "slips")
     m = bounds.pressure_margin
     half_x, half_y = 0.5 * (s.x_max - s.x_min), 0.5 * (s.y_max - s.y_min)
     x, y = 1.0 / half_x, 1.0 / half_y

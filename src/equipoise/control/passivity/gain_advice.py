@@ -57,12 +57,12 @@ def advise_gains(
     alpha: float,
     share: float = 0.15,
     kappa: float | None = None,
-    rotor_inertia: float = 0.0,
+    rotor_inertia: float | Array = 0.0,
 ) -> GainAdvice:
     """Suggest `K_d = kappa M(q_0)` for a loop of period `dt` [s] and posture rate `alpha` [1/s].
 
     `kappa` [1/s] is taken as given, or chosen as `share` of the bound on rigid contacts.
-    `rotor_inertia` [kg m^2] of every joint, as seen behind its gear, is added to M.
+    `rotor_inertia` [kg m^2] of every joint, one or (na,), as seen behind its gear, is added to M.
     Raises: `InputError` for a number that is not finite or has the wrong sign.
     """
     require_period(dt)

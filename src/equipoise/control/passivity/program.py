@@ -13,7 +13,7 @@ from equipoise.control.base_wrench.bounded import (
     BoundsProgram,
     ReactionBounds,
     bounds_of,
-    require_soles,
+    require_feet,
 )
 from equipoise.control.base_wrench.observer import observer_gain
 from equipoise.control.base_wrench.support import Support
@@ -53,7 +53,7 @@ class LawProgram:
         unknowns = sum(c.size for c in supporting)
         rows = 0
         if bounds is not None:
-            rows = sum(len(bounds_of(sole, bounds).b) for sole in require_soles(supporting))
+            rows = sum(len(bounds_of(sole, bounds).b) for sole in require_feet(supporting))
         self.bounds = BoundsProgram(bounds or ReactionBounds(), unknowns, rows)
         self.bounded = bounds is not None
         self.sizes = LawSizes(

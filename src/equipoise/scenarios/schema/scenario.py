@@ -14,7 +14,7 @@ from equipoise.scenarios.schema.contacts import ContactSpec
 from equipoise.scenarios.schema.control import ControlSpec
 from equipoise.scenarios.schema.disturbances import DisturbancesSpec, FaultsSpec, SensorsSpec
 from equipoise.scenarios.schema.physics import PhysicsSpec
-from equipoise.scenarios.schema.tasks import AvoidanceSpec, FloorSupportSpec, TaskSpec
+from equipoise.scenarios.schema.tasks import AvoidanceSpec, DampingSpec, FloorSupportSpec, TaskSpec
 from equipoise.scenarios.schema.world import WorldSpec
 
 
@@ -59,5 +59,5 @@ class Scenario(Section):
         for name, task in self.tasks.items():
             if isinstance(task, AvoidanceSpec):
                 yield ("tasks", name, "damping"), task.damping / (task.influence - task.security)
-            elif not isinstance(task, FloorSupportSpec):
+            elif not isinstance(task, FloorSupportSpec | DampingSpec):
                 yield ("tasks", name, "rate"), task.rate

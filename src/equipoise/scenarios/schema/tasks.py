@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from equipoise.scenarios.schema.base import NotNegative, Positive, Section, Vector3
+from equipoise.scenarios.schema.base import NotNegative, Pose, Positive, Section, Vector3
 from equipoise.scenarios.schema.world import WaypointSpec, require_increasing
 
 
@@ -84,12 +84,17 @@ class ComPolygonSpec(TaskBase):
 
 
 class JointLimitsSpec(TaskBase):
-    """Joint positions `margin` inside their limits, speeds below `velocity_share` of theirs."""
+    """Joint positions `margin` inside their limits, speeds below `velocity_share` of theirs.
+
+    `speeds` [rad/s] bound single joints further; joints that are `frozen` do not move.
+    """
 
     kind: Literal["joint_limits"]
     margin: NotNegative = 0.01
     velocity_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.95
     rate: Positive = 5.0
+    speeds: dict[str, NotNegative] = {}
+    frozen: list[str] = []
 
 
 class JointAccelerationsSpec(TaskBase):
@@ -158,6 +163,103 @@ class PostureSpec(TaskBase):
     rate: Positive = 1.0
 
 
+class FrameAxesSpec(TaskBase):
+    """Chosen axes of a frame follow waypoints: position only unless rx, ry, rz are among `axes`.
+
+    The axes are those of the waypoint; `offset` in the frame is the point that goes there.
+    """
+
+    kind: Literal["frame_axes"]
+    frame: str
+    waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
+    axes: Annotated[list[Literal["x", "y", "z", "rx", "ry", "rz"]], Field(min_length=1)] = [
+        "x",
+        "y",
+        "z",
+    ]
+    offset: Vector3 = [0.0, 0.0, 0.0]
+    rate: Positive = 10.0
+
+    @model_validator(mode="after")
+    def _times_increase(self) -> FrameAxesSpec:
+        require_increasing(self.waypoints)
+        return self
+
+
+class RelativeFrameSpec(TaskBase):
+    """A frame follows waypoints that are in the axes of another frame, `relative_to`."""
+
+    kind: Literal["relative_frame"]
+    frame: str
+    relative_to: str
+    waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
+    axes: Annotated[list[Literal["x", "y", "z", "rx", "ry", "rz"]], Field(min_length=1)] = [
+        "x",
+        "y",
+        "z",
+        "rx",
+        "ry",
+        "rz",
+    ]
+    rate: Positive = 10.0
+
+    @model_validator(mode="after")
+    def _times_increase(self) -> RelativeFrameSpec:
+        require_increasing(self.waypoints)
+        return self
+
+
+class ComPointSpec(TaskBase):
+    """The centre of mass follows the places of waypoints, along `axes` of the world."""
+
+    kind: Literal["com_point"]
+    waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
+    axes: Annotated[list[Literal["x", "y", "z"]], Field(min_length=1)] = ["x", "y", "z"]
+    rate: Positive = 5.0
+
+    @model_validator(mode="after")
+    def _times_increase(self) -> ComPointSpec:
+        require_increasing(self.waypoints)
+        return self
+
+
+class JointCouplingSpec(TaskBase):
+    """A weighted sum of joint positions, `joints: {name: weight}`, has a `value`."""
+
+    kind: Literal["joint_coupling"]
+    joints: Annotated[dict[str, float], Field(min_length=1)]
+    value: float = 0.0
+    rate: Positive = 10.0
+
+
+class DampingSpec(TaskBase):
+    """What no task above asks for stands still, instead of going back to a posture."""
+
+    kind: Literal["damping"]
+
+
+class KeepInSpec(TaskBase):
+    """A point of a frame (`offset`) stays inside the box of `size` whose middle is at `at`."""
+
+    kind: Literal["keep_in"]
+    frame: str
+    at: Pose
+    size: Annotated[list[Positive], Field(min_length=3, max_length=3)]
+    offset: Vector3 = [0.0, 0.0, 0.0]
+    rate: Positive = 5.0
+
+
+class KeepOutSpec(TaskBase):
+    """A point of a frame (`offset`) stays outside the ball of `radius` whose middle is at `at`."""
+
+    kind: Literal["keep_out"]
+    frame: str
+    at: Pose
+    radius: Positive
+    offset: Vector3 = [0.0, 0.0, 0.0]
+    rate: Positive = 5.0
+
+
 TaskSpec = Annotated[
     HoldFrameSpec
     | FramePathSpec
@@ -168,6 +270,13 @@ TaskSpec = Annotated[
     | FloorSupportSpec
     | GazeSpec
     | AvoidanceSpec
-    | PostureSpec,
+    | PostureSpec
+    | FrameAxesSpec
+    | RelativeFrameSpec
+    | ComPointSpec
+    | JointCouplingSpec
+    | DampingSpec
+    | KeepInSpec
+    | KeepOutSpec,
     Field(discriminator="kind"),
 ]

@@ -10,24 +10,31 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import SoleContact
+from equipoise.contacts import SoleContact, SupportPolygon
 from equipoise.errors import AdviceWarning, InputError, NameNotFoundError, ScenarioError
 from equipoise.motion import advise_accelerations
 from equipoise.scenarios import schema
-from equipoise.scenarios.lookup import at_path, frame_of
+from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.simulation.build.fades import build_fades, contact_tasks
 from equipoise.simulation.build.setup import Setup, check_handle, check_target, to_waypoints
 from equipoise.spatial import pose
 from equipoise.tasks import (
     AvoidanceTask,
     ComPolygonTask,
+    ComTask,
     ContactTask,
+    DampingTask,
     FloorSupportTask,
+    FrameAxesTask,
     FramePoseTask,
     GazeTask,
     JointAccelerationsTask,
+    JointCouplingTask,
     JointLimitsTask,
+    KeepInTask,
+    KeepOutTask,
     PostureTask,
+    RelativeFrameTask,
     Task,
 )
 from equipoise.trajectories import (
@@ -178,13 +185,19 @@ def _approach(task: FramePoseTask, setup: Setup) -> Task:
 def _com_polygon(
     name: str, spec: schema.ComPolygonSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
+    polygon = _polygon(name, setup)
+    return ComPolygonTask(name, polygon, margin=spec.margin, rate=spec.rate)
+
+
+def _polygon(name: str, setup: Setup) -> SupportPolygon:
+    """Return the support polygon that a task needs. Raises: `ScenarioError`."""
     if setup.polygon is None:
         raise ScenarioError(
             f"the base of {setup.robot.name} is fixed: there is no support polygon",
             path=f"tasks.{name}",
             remedy="Leave the task out",
         )
-    return ComPolygonTask(name, setup.polygon, margin=spec.margin, rate=spec.rate)
+    return setup.polygon
 
 
 def _joint_accelerations(
@@ -214,10 +227,15 @@ def _floor_support(
         for contact in setup.contacts.contacts
         if isinstance(contact, SoleContact)
     ]
+    if not heights:
+        raise ScenarioError(
+            "no sole stands on a floor that could push", path=f"tasks.{name}",
+            remedy="Leave the task out; feet that are points are not treated by it",
+        )  # fmt: skip
     return FloorSupportTask(
         name,
         setup.robot,
-        setup.polygon,
+        _polygon(name, setup),
         scenario.control.period,
         height=float(min(heights)),
         margin=spec.margin,
@@ -228,12 +246,18 @@ def _floor_support(
 def _joint_limits(
     name: str, spec: schema.JointLimitsSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
+    for joint in spec.speeds:
+        _check_joint(setup, joint, f"tasks.{name}.speeds.{joint}")
+    for i, joint in enumerate(spec.frozen):
+        _check_joint(setup, joint, f"tasks.{name}.frozen.{i}")
     return JointLimitsTask(
         name,
         setup.robot,
         margin=spec.margin,
         velocity_share=spec.velocity_share,
         rate=spec.rate,
+        speeds=spec.speeds,
+        frozen=spec.frozen,
     )
 
 
@@ -279,6 +303,65 @@ def _posture(name: str, spec: schema.PostureSpec, scenario: schema.Scenario, set
     return PostureTask(name, robot, q_joints, rate=spec.rate)
 
 
+def _check_joint(setup: Setup, joint: str, path: str) -> None:
+    try:
+        setup.robot.joint_index(joint)
+    except NameNotFoundError as error:
+        raise at_path(error, path) from None
+
+
+def _frame_axes(
+    name: str, spec: schema.FrameAxesSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    path = to_waypoints(spec.waypoints)
+    return FrameAxesTask(name, frame, path, axes=spec.axes, offset=spec.offset, rate=spec.rate)
+
+
+def _relative_frame(
+    name: str, spec: schema.RelativeFrameSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    other = frame_of(setup.robot, spec.relative_to, f"tasks.{name}.relative_to")
+    if frame == other:
+        raise ScenarioError(
+            "a frame does not move relative to itself",
+            path=f"tasks.{name}.relative_to",
+            given=other,
+            remedy="Name another frame",
+        )
+    path = to_waypoints(spec.waypoints)
+    return RelativeFrameTask(name, frame, other, path, axes=spec.axes, rate=spec.rate)
+
+
+def _com_point(
+    name: str, spec: schema.ComPointSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    return ComTask(name, to_waypoints(spec.waypoints), axes=spec.axes, rate=spec.rate)
+
+
+def _joint_coupling(
+    name: str, spec: schema.JointCouplingSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    for joint in spec.joints:
+        _check_joint(setup, joint, f"tasks.{name}.joints.{joint}")
+    return JointCouplingTask(name, setup.robot, [spec.joints], values=[spec.value], rate=spec.rate)
+
+
+def _damping(name: str, spec: schema.DampingSpec, scenario: schema.Scenario, setup: Setup) -> Task:
+    return DampingTask(name, setup.robot)
+
+
+def _keep_in(name: str, spec: schema.KeepInSpec, scenario: schema.Scenario, setup: Setup) -> Task:
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    return KeepInTask(name, frame, to_pose(spec.at), spec.size, offset=spec.offset, rate=spec.rate)
+
+
+def _keep_out(name: str, spec: schema.KeepOutSpec, scenario: schema.Scenario, setup: Setup) -> Task:
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    return KeepOutTask(name, frame, spec.at.xyz, spec.radius, offset=spec.offset, rate=spec.rate)
+
+
 _BUILDERS: dict[type, Callable[..., Task]] = {
     schema.HoldFrameSpec: _hold_frame,
     schema.FramePathSpec: _frame_path,
@@ -290,6 +373,13 @@ _BUILDERS: dict[type, Callable[..., Task]] = {
     schema.GazeSpec: _gaze,
     schema.AvoidanceSpec: _avoidance,
     schema.PostureSpec: _posture,
+    schema.FrameAxesSpec: _frame_axes,
+    schema.RelativeFrameSpec: _relative_frame,
+    schema.ComPointSpec: _com_point,
+    schema.JointCouplingSpec: _joint_coupling,
+    schema.DampingSpec: _damping,
+    schema.KeepInSpec: _keep_in,
+    schema.KeepOutSpec: _keep_out,
 }
 
 

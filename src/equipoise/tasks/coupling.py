@@ -1,0 +1,107 @@
+"""Joints that move together: a weighted sum of joint positions has a value, one row a sum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from equipoise.compiled import compiled
+from equipoise.compiled.workspace import integers, vector
+from equipoise.errors import InputError
+from equipoise.hqp import Block, Hierarchy, RowDescription
+from equipoise.kinematics import Kinematics
+from equipoise.kinematics.kernels import Q
+from equipoise.kinematics.tree import FIRST_Q
+from equipoise.robots import Robot
+from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_number
+from equipoise.tasks.alone import alone_of
+from equipoise.tasks.base import KernelTask, require_rate
+from equipoise.tasks.view import COUPLING, TaskView, first_actuated
+
+
+@compiled
+def coupling_rows(task: TaskView) -> None:
+    """Write `sum c_j v_j = rate * (value - sum c_j q_j)`; each row has its value and all c_j."""
+    q, first_q, numbers = vector(task.state, Q), integers(task.tree, FIRST_Q), task.numbers
+    first = first_actuated(task.tree)
+    na = first_q.shape[0] - first
+    for k in range(numbers.shape[0] // (na + 1)):
+        start = k * (na + 1)
+        left = numbers[start]
+        for i in range(na):
+            left -= numbers[start + 1 + i] * q[first_q[first + i]]
+        task.lower[task.at + k] = task.upper[task.at + k] = task.rate * left
+
+
+class JointCouplingTask(KernelTask):
+    """Keep weighted sums of joint positions: `sum c_j q_j = value`.
+
+    `sums` are mappings from joints to their weights, such as `{"knee": 1.0, "ankle": 0.5}`;
+    `values` [rad or m] are zero if left out. `rate` [1/s].
+    Raises: `InputError`, `NameNotFoundError`.
+    """
+
+    row_unit = "rad/s"
+    kind = COUPLING
+    alone = staticmethod(alone_of("coupling", coupling_rows))
+
+    def __init__(
+        self,
+        name: str,
+        robot: Robot,
+        sums: Sequence[Mapping[str, float]],
+        *,
+        values: Sequence[float] | None = None,
+        rate: float = 10.0,
+    ) -> None:
+        super().__init__(name)
+        wanted = [0.0] * len(sums) if values is None else list(values)
+        if isinstance(sums, Mapping) or not sums or not all(sums) or len(wanted) != len(sums):
+            raise InputError(
+                f"task {name!r} needs sums of joints, each with a weight for every joint in "
+                "it, and as many values",
+                given=f"{len(sums)} sums, {len(wanted)} values",
+                remedy='Give [{"first": 1.0, "second": -1.0}, ...]',
+            )
+        self.sums = tuple(dict(one) for one in sums)
+        self.rate = require_rate(name, rate)
+        self.weights = np.zeros((len(sums), robot.na))
+        for row, one in zip(self.weights, self.sums, strict=True):
+            for joint, weight in one.items():
+                row[robot.joint_index(joint)] = real_number(f"the weight of {joint}", weight)
+        self.values = np.array([real_number(f"a value of task {name!r}", one) for one in wanted])
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The joints of each sum."""
+        return tuple("+".join(one) for one in self.sums)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Radians (metres for prismatic joints)."""
+        return ("rad",) * len(self.sums)
+
+    @property
+    def numbers(self) -> Array:
+        """For each sum its value and the weights of all joints."""
+        return np.column_stack((self.values, self.weights)).ravel()
+
+    def write_constants(self, A: Array, robot: Any) -> None:
+        """Write the weights."""
+        A[:, robot.nv_base :] = self.weights
+
+    def error(self, kin: Kinematics, t: float) -> Array:
+        """Return by how much each sum is short of its value (k,) [rad or m]."""
+        return self.values - self.weights @ kin.q[-self.weights.shape[1] :]
+
+    def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
+        """Return what a person calls each row."""
+        return tuple(
+            RowDescription.both(
+                f"the coupling of {label.replace('+', ' and ')}", "rad/s", self.rate
+            )
+            for label in block.labels
+        )

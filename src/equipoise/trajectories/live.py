@@ -1,0 +1,385 @@
+"""Targets and forces that are set while they are followed, by any thread, and never jump.
+
+What is set is posted as one object; the tick takes it at its own time. From then on a target goes
+along with its twist, and what it would have jumped by is led to zero over a fade: a quintic that
+begins with position, rate and bend of the moment. A change that is small is taken as it is, so that
+a stream of targets is followed without a lag.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.compiled import compiled, entrance, scratch, scratch_matrix
+from equipoise.errors import InputError
+from equipoise.spatial import Array, pose_row
+from equipoise.spatial.kernels import (
+    crossed,
+    rotation_difference,
+    rotation_matrix,
+    rotation_rate,
+)
+from equipoise.spatial.numbers import real_array, real_number
+from equipoise.spatial.poses import rigid
+from equipoise.trajectories.base import LIVE, ROW, CompiledTrajectory, instant
+from equipoise.trajectories.scalar import LIVE as LIVE_SCALAR
+from equipoise.trajectories.scalar import CompiledScalar
+
+# numbers of a live target: how many were taken, when the last one was, the settings; pose row [12]
+# and twist [6] at that time; when the fade began, and the three derivatives of what is faded
+# [3, 6]; then what is posted: its count, pose row, twist, and whether the twist is known
+TAKEN, SINCE, FADE, HOLD, SMOOTHING = range(5)
+BASE, TWIST, FADE_SINCE, OFFSET = 5, 17, 23, 24
+POSTED = 42
+NEW, NEW_TWIST, KNOWN = POSTED + 1, POSTED + 13, POSTED + 19
+COUNT = KNOWN + 1
+
+LONG_AGO = -1e9  # [s]
+SMALL, SMALL_TURN = 0.05, 0.2  # [m/s], [rad/s] a change of the wanted speed that need not be faded
+NOMINAL = 10.0  # [1/s] rate at which a task makes speeds of distances, to tell what is small
+ESTIMATE, ESTIMATE_TURN = 10.0, 40.0  # [m/s^2], [rad/s^2] how fast an estimated twist may change
+LONGEST = 0.01  # [s] of one change of an estimate
+_counts = itertools.count(1)  # `next` of it is one step for every thread
+
+
+class LiveTarget(CompiledTrajectory):
+    """A pose that is set while it is followed; `set` may be called from any thread.
+
+    It rests at `T_world_target` until it is set. With a twist it goes along between two settings;
+    without one the twist is estimated from the settings before, smoothed over `smoothing` [s]. If
+    none comes for `hold` [s], it comes to rest within as long again. A jump is faded over `fade`
+    [s]; a change of less than 5 cm/s or 0.2 rad/s in what is wanted is taken at once.
+    One generator follows it: the times of the settings are those of its ticks.
+    Raises: `InputError`, `NonFiniteError`, `ShapeError`.
+    """
+
+    kind = LIVE
+
+    def __init__(
+        self,
+        T_world_target: pin.SE3,
+        *,
+        fade: float = 0.3,
+        hold: float = 0.1,
+        smoothing: float = 0.01,
+    ) -> None:
+        rigid("the pose of a live target", T_world_target)
+        numbers = np.zeros(COUNT)
+        for place, name, value in ((FADE, "fade", fade), (HOLD, "hold", hold)):
+            numbers[place] = _positive(f"the {name} of a live target", value)
+        numbers[SMOOTHING] = real_number("the smoothing of a live target", smoothing)
+        if numbers[SMOOTHING] < 0.0:
+            raise InputError("the smoothing must not be negative [s]", given=smoothing)
+        numbers[SINCE] = numbers[FADE_SINCE] = LONG_AGO
+        numbers[BASE:TWIST] = pose_row(T_world_target)
+        self._numbers = numbers
+        self._posted = self._seen = numbers[POSTED:].copy()
+
+    def set(self, T_world_target: pin.SE3, twist: Array | None = None) -> None:
+        """Let the target be here from the next tick on; `twist` (6,) is how it moves.
+
+        That is the velocity [m/s] of its origin and its angular velocity [rad/s], in world axes;
+        None: it is estimated. Raises: `InputError`, `NonFiniteError`, `ShapeError`.
+        """
+        rigid("a live target", T_world_target)
+        posted = np.zeros(COUNT - POSTED)
+        posted[1:13] = pose_row(T_world_target)
+        if twist is not None:
+            posted[13:19] = real_array("the twist of a live target", twist, (6,))
+            posted[19] = 1.0
+        posted[0] = next(_counts)
+        self._posted = posted  # one step: another thread sees the whole of it, or nothing
+
+    def post(self) -> None:
+        """Hand what was set last to the numbers that the tick works with."""
+        posted = self._posted
+        if posted is not self._seen:
+            self._numbers[POSTED:] = posted
+            self._seen = posted
+
+    def work_in(self, numbers: Array) -> None:
+        """Keep the numbers from now on in an array (COUNT,) that a kernel works with."""
+        numbers[:] = self._numbers
+        self._numbers = numbers
+
+    @property
+    def numbers(self) -> Array:
+        """What the kernel needs (COUNT,), as it is now."""
+        return self._numbers.copy()
+
+    def row(self, t: float) -> Array:
+        """Return pose row and twist (18,) that a tick at time `t` [s] would follow."""
+        numbers, row = self._numbers.copy(), np.empty(ROW)
+        numbers[POSTED:] = self._posted
+        live_alone(numbers, instant(t), row)
+        return row
+
+
+class LiveScalar(CompiledScalar):
+    """A number, such as a wanted force, that is set while it is followed, from any thread.
+
+    It goes from `start` (`value` itself if None) and from each `value` to the next over `fade` [s];
+    a change of less than `small` is taken at once.
+    Raises: `InputError`, `NonFiniteError`.
+    """
+
+    kind = LIVE_SCALAR
+
+    def __init__(
+        self, value: float, *, start: float | None = None, fade: float = 0.5, small: float = 0.5
+    ) -> None:
+        value = real_number("a live value", value)
+        begin = value if start is None else real_number("the start of a live value", start)
+        numbers = np.zeros(SCALAR_COUNT)
+        numbers[S_FADE] = _positive("the fade of a live value", fade)
+        numbers[S_SMALL] = real_number("the small change of a live value", small)
+        numbers[S_VALUE], numbers[S_SINCE] = begin, LONG_AGO
+        self._numbers = numbers
+        self._posted = self._seen = numbers[S_POSTED:].copy()
+        if begin != value:
+            self.set(value)
+
+    @property
+    def value(self) -> float:
+        """What was set last; setting it is `set`."""
+        posted = self._posted
+        return float(posted[1] if posted[0] else self._numbers[S_VALUE])
+
+    @value.setter
+    def value(self, value: float) -> None:
+        self.set(value)
+
+    def set(self, value: float) -> None:
+        """Let this be wanted, from the next tick on. Raises: `InputError`, `NonFiniteError`."""
+        self._posted = np.array([next(_counts), real_number("a live value", value)])
+
+    def post(self) -> None:
+        """Hand what was set last to the numbers that the tick works with."""
+        posted = self._posted
+        if posted is not self._seen:
+            self._numbers[S_POSTED:] = posted
+            self._seen = posted
+
+    def work_in(self, numbers: Array) -> None:
+        """Keep the numbers from now on in an array that a kernel works with."""
+        numbers[:] = self._numbers
+        self._numbers = numbers
+
+    @property
+    def numbers(self) -> Array:
+        """What the kernel needs, as it is now."""
+        return self._numbers.copy()
+
+    @property
+    def least(self) -> float:
+        """The lesser of what it is at first and what was set: a quintic from rest stays between."""
+        return min(float(self._numbers[S_VALUE]), self.value)
+
+    def at(self, t: float) -> float:
+        """Return the value that a tick at time `t` [s] would want."""
+        numbers = self._numbers.copy()
+        numbers[S_POSTED:] = self._posted
+        return live_scalar_alone(numbers, instant(t))
+
+
+# numbers of a live scalar: how many were taken, the settings, the value; when the fade began, and
+# the three derivatives of what is faded; then what is posted: its count and value
+S_TAKEN, S_FADE, S_SMALL, S_VALUE, S_SINCE, S_OFFSET, S_POSTED = 0, 1, 2, 3, 4, 5, 8
+SCALAR_COUNT = S_POSTED + 2
+
+
+def _positive(what: str, value: float) -> float:
+    number = real_number(what, value)
+    if not number > 0.0:
+        raise InputError(f"{what} must be positive", given=value, remedy="Give seconds")
+    return number
+
+
+@compiled
+def faded(o: float, r: float, a: float, span: float, s: float) -> tuple[float, float, float]:
+    """Return value, rate and bend, at s, of what goes from (o, r, a) to rest at zero in `span`."""
+    if s >= span:
+        return 0.0, 0.0, 0.0
+    x, r, a = s / span, r * span, 0.5 * a * span * span
+    c3 = -10.0 * o - 6.0 * r - 3.0 * a
+    c4 = 15.0 * o + 8.0 * r + 3.0 * a
+    c5 = -6.0 * o - 3.0 * r - a
+    return (
+        o + x * (r + x * (a + x * (c3 + x * (c4 + x * c5)))),
+        (r + x * (2.0 * a + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / span,
+        (2.0 * a + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))) / (span * span),
+    )
+
+
+@compiled
+def live_row(n: np.ndarray, t: float, row: np.ndarray) -> None:
+    """Write pose row and twist [18] at time t; what is posted and not yet taken is taken first."""
+    if n[POSTED] != n[TAKEN]:
+        take(n, t)
+    shown_row(n, t, row)
+
+
+@compiled
+def shown_row(n: np.ndarray, t: float, row: np.ndarray) -> None:
+    """Write the row of what was taken last, with what is still faded."""
+    carried(n, t, row)
+    apart, turn = scratch(18), scratch_matrix(3, 3)
+    if not left_over(n, t, apart):
+        return
+    for i in range(3):
+        row[9 + i] += apart[i]
+        row[12 + i] += apart[6 + i]
+    rotation_matrix(apart[3], apart[4], apart[5], turn)
+    turn_row(turn, row)
+    wx, wy, wz = rotation_rate(apart[3], apart[4], apart[5], apart[9], apart[10], apart[11])
+    row[15], row[16], row[17] = row[15] + wx, row[16] + wy, row[17] + wz
+
+
+@compiled
+def turn_row(turn: np.ndarray, row: np.ndarray) -> None:
+    """Turn the rotation and the angular velocity of a target's row [18] by a matrix [3, 3]."""
+    for column in (0, 3, 6, 15):
+        x, y, z = row[column], row[column + 1], row[column + 2]
+        for i in range(3):
+            row[column + i] = turn[i, 0] * x + turn[i, 1] * y + turn[i, 2] * z
+
+
+@compiled
+def carried(n: np.ndarray, t: float, row: np.ndarray) -> None:
+    """Write where the target that was taken last has gone with its twist."""
+    since, hold = max(t - n[SINCE], 0.0), n[HOLD]
+    late = min(max(since - hold, 0.0), hold)  # from the hold on its speed falls to zero
+    way, share = min(since, hold) + late - 0.5 * late * late / hold, 1.0 - late / hold
+    turn = scratch_matrix(3, 3)
+    rotation_matrix(way * n[TWIST + 3], way * n[TWIST + 4], way * n[TWIST + 5], turn)
+    for i in range(12):
+        row[i] = n[BASE + i]
+    for i in range(6):
+        row[12 + i] = share * n[TWIST + i]
+    for i in range(3):
+        row[9 + i] += way * n[TWIST + i]
+    for column in (0, 3, 6):
+        x, y, z = row[column], row[column + 1], row[column + 2]
+        for i in range(3):
+            row[column + i] = turn[i, 0] * x + turn[i, 1] * y + turn[i, 2] * z
+
+
+@compiled
+def left_over(n: np.ndarray, t: float, apart: np.ndarray) -> bool:
+    """Write value, rate and bend [3 x 6] of what is still faded; False if nothing is."""
+    since = max(t - n[FADE_SINCE], 0.0)
+    if since >= n[FADE]:
+        apart[:] = 0.0
+        return False
+    for i in range(6):
+        o, r, a = n[OFFSET + i], n[OFFSET + 6 + i], n[OFFSET + 12 + i]
+        apart[i], apart[6 + i], apart[12 + i] = faded(o, r, a, n[FADE], since)
+    return True
+
+
+@compiled
+def take(n: np.ndarray, t: float) -> None:
+    """Take what was posted as the target from time t on."""
+    shown, before, apart = scratch(18), scratch(18), scratch(18)
+    n[TAKEN] = n[POSTED]
+    shown_row(n, t, shown)
+    carried(n, t, before)
+    left_over(n, t, apart)
+    if n[KNOWN] == 0.0:
+        estimate(n, t)
+    for i in range(18):
+        n[BASE + i] = n[NEW + i]  # pose and twist
+    n[SINCE] = t
+    jump, turn = 0.0, 0.0
+    rx, ry, rz = rotation_difference(before, n[BASE:TWIST])
+    turned_by = (rx, ry, rz)
+    for i in range(3):
+        change = before[12 + i] - n[TWIST + i] + NOMINAL * (before[9 + i] - n[BASE + 9 + i])
+        jump += change * change
+        change = before[15 + i] - n[TWIST + 3 + i] + NOMINAL * turned_by[i]
+        turn += change * change
+    if jump > SMALL * SMALL or turn > SMALL_TURN * SMALL_TURN:
+        fade_from(n, t, shown, apart)
+
+
+@compiled
+def estimate(n: np.ndarray, t: float) -> None:
+    """Write the twist of what was posted, from how far it is from what was taken before."""
+    gap = t - n[SINCE]
+    if not 0.0 < gap <= n[HOLD]:
+        for i in range(6):
+            n[NEW_TWIST + i] = 0.0
+        return
+    rx, ry, rz = rotation_difference(n[NEW:NEW_TWIST], n[BASE:TWIST])
+    turned_by, share = (rx, ry, rz), gap / (gap + n[SMOOTHING])
+    for i in range(3):
+        raw = (n[NEW + 9 + i] - n[BASE + 9 + i]) / gap
+        most = ESTIMATE * min(gap, LONGEST)
+        change = share * (raw - n[TWIST + i])
+        n[NEW_TWIST + i] = n[TWIST + i] + min(max(change, -most), most)
+        most = ESTIMATE_TURN * min(gap, LONGEST)
+        change = share * (turned_by[i] / gap - n[TWIST + 3 + i])
+        n[NEW_TWIST + 3 + i] = n[TWIST + 3 + i] + min(max(change, -most), most)
+
+
+@compiled
+def fade_from(n: np.ndarray, t: float, shown: np.ndarray, apart: np.ndarray) -> None:
+    """Begin a fade, from where the target was `shown` [18] to where it was taken."""
+    n[FADE_SINCE] = t
+    x, y, z = rotation_difference(shown, n[BASE:TWIST])
+    n[OFFSET + 3], n[OFFSET + 4], n[OFFSET + 5] = x, y, z
+    for i in range(3):
+        n[OFFSET + i] = shown[9 + i] - n[BASE + 9 + i]
+        n[OFFSET + 6 + i] = shown[12 + i] - n[TWIST + i]
+    for i in range(6):
+        n[OFFSET + 12 + i] = apart[12 + i]
+    turn, angle = scratch_matrix(3, 3), math.sqrt(x * x + y * y + z * z)
+    rotation_matrix(x, y, z, turn)
+    w = scratch(3)
+    for i in range(3):
+        w[i] = shown[15 + i]
+        for k in range(3):
+            w[i] -= turn[i, k] * n[TWIST + 3 + k]
+    # the rate of the rotation vector, that is the inverse of `rotation_rate`
+    g = 1.0 / 12.0
+    if angle > 1e-4:
+        half = 0.5 * angle
+        g = (1.0 - half * math.cos(half) / math.sin(half)) / (angle * angle)
+    ax, ay, az = crossed(x, y, z, w[0], w[1], w[2])
+    bx, by, bz = crossed(x, y, z, ax, ay, az)
+    n[OFFSET + 9] = w[0] - 0.5 * ax + g * bx
+    n[OFFSET + 10] = w[1] - 0.5 * ay + g * by
+    n[OFFSET + 11] = w[2] - 0.5 * az + g * bz
+
+
+@compiled
+def live_scalar_at(n: np.ndarray, t: float) -> float:
+    """Return the value at time t; what is posted and not yet taken is taken first."""
+    since = max(t - n[S_SINCE], 0.0)
+    o, r, a = faded(n[S_OFFSET], n[S_OFFSET + 1], n[S_OFFSET + 2], n[S_FADE], since)
+    if n[S_POSTED] == n[S_TAKEN]:
+        return n[S_VALUE] + o
+    n[S_TAKEN] = n[S_POSTED]
+    jump = n[S_VALUE] - n[S_POSTED + 1]
+    n[S_VALUE] = n[S_POSTED + 1]
+    if abs(jump) <= n[S_SMALL]:
+        return n[S_VALUE] + o
+    n[S_SINCE] = t
+    n[S_OFFSET], n[S_OFFSET + 1], n[S_OFFSET + 2] = o + jump, r, a
+    return n[S_VALUE] + o + jump
+
+
+@entrance
+def live_alone(numbers: np.ndarray, t: float, row: np.ndarray) -> None:
+    """Write the row of one live target."""
+    live_row(numbers, t, row)
+
+
+@entrance
+def live_scalar_alone(numbers: np.ndarray, t: float) -> float:
+    """Return the value of one live scalar."""
+    return live_scalar_at(numbers, t)

@@ -153,5 +153,9 @@ class ScenarioError(InputError):
         return said
 
 
+class AdviceWarning(UserWarning):
+    """What was asked for can be run, but had better be otherwise; the message says why and how."""
+
+
 class RunLogError(EquipoiseError):
     """A run folder or a log that cannot be written or read."""

@@ -63,7 +63,7 @@ def test_com_stays_inside_while_a_hand_pulls_out(hrp2, dt):
     contacts = sole_contacts(hrp2, hrp2.q_half_sitting)
     corners = np.vstack([sole_corners(c.sole, c.T_world_anchor) for c in contacts])
     polygon = SupportPolygon.of_points(corners)
-    com = ComPolygonTask("com", polygon, margin=0.03, rate=5.0)
+    com = ComPolygonTask("com", polygon, margin=0.03, rate=3.0)
     far = reach(hrp2, np.array([0.8, 0.0, 0.0]), rate=2.0)
     posture = PostureTask("posture", hrp2, hrp2.q_half_sitting[7:])
     kept = follow(hrp2, [[standing(hrp2)], [com], [far], [posture]], dt, 2.0)

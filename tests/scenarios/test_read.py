@@ -75,6 +75,12 @@ def test_overrides_reach_every_depth():
         ("tasks.obstacles.security=0.5", "tasks.obstacles", "security must be less"),
         ("acceptance.limits.clearance={}", "acceptance.limits.clearance", "give max or min"),
         ("disturbances.payloads=[{mass: 1.0}]", "disturbances.payloads.0", "exactly one of"),
+        ("tasks.look.rate=1001", "tasks.look.rate", "at most 1000 1/s"),
+        ("tasks.obstacles.damping=66", "tasks.obstacles.damping", "1015.38 1/s is too fast"),
+        ("control.contact_rate=2e3", "control.contact_rate", "control.period 0.001 s"),
+        ("control.gains.alpha=1001", "control.gains.alpha", "would go past what it approaches"),
+        ("tasks.look.rate=-1", "tasks.look.rate", "greater than 0"),
+        ("tasks.limits.velocity_share=-0.5", "tasks.limits.velocity_share", "greater than 0"),
     ],
 )
 def test_wrong_values_are_named(override, path, message):

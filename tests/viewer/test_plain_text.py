@@ -52,7 +52,8 @@ def test_the_page_shows_title_note_and_folder_as_text(text):
     )
     gui = SimpleNamespace(add_markdown=said.append)
     stub = SimpleNamespace(
-        log=SimpleNamespace(run=run), server=SimpleNamespace(viser=SimpleNamespace(gui=gui))
+        log=SimpleNamespace(run=run, note=text),
+        server=SimpleNamespace(viser=SimpleNamespace(gui=gui)),
     )
     Replay._summary(stub, text)
     [page] = said

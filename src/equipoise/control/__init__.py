@@ -23,6 +23,7 @@ from equipoise.control.kinds import CONTROLLERS, register_controller
 from equipoise.control.passivity.gain_advice import (
     GainAdvice,
     SoftFloorGains,
+    advise_for_postures,
     advise_for_soft_floor,
     advise_gains,
 )
@@ -56,6 +57,7 @@ __all__ = [
     "SoftFloorGains",
     "Supervisor",
     "SupervisorLimits",
+    "advise_for_postures",
     "advise_for_soft_floor",
     "advise_gains",
     "distribute_base_wrench",

@@ -37,10 +37,10 @@ from equipoise.spatial.kernels import compose, crossed, quaternion_matrix, turne
 
 STATE = Arrays(
     ("q", "v", "joints", "columns", "frames", "com", "com_rows", "moments", "velocities",
-     "accelerations")
+     "accelerations", "spins", "momentum_rate")
 )  # fmt: skip
-(Q, VELOCITY, JOINTS, COLUMNS, FRAMES, COM, COM_ROWS, MOMENTS, VELOCITIES,
- ACCELERATIONS) = range(len(STATE.names))  # fmt: skip
+(Q, VELOCITY, JOINTS, COLUMNS, FRAMES, COM, COM_ROWS, MOMENTS, VELOCITIES, ACCELERATIONS, SPINS,
+ MOMENTUM_RATE) = range(len(STATE.names))  # fmt: skip
 
 
 def state_shapes(nq: int, nv: int, joints: int, frames: int) -> list[tuple[str, Shape, bool]]:
@@ -48,11 +48,13 @@ def state_shapes(nq: int, nv: int, joints: int, frames: int) -> list[tuple[str, 
 
     `q` [nq], `v` [nv]; pose rows `joints` [joints, 12] and `frames` [frames, 12]; `columns`
     [nv, 6]; `com` [3] and `com_rows` [3, nv]; `moments` [joints, 3] are mass times centre of what a
-    joint moves with; `velocities` and `accelerations` (at zero dv/dt) [joints, 6].
+    joint moves with; `velocities` and `accelerations` (at zero dv/dt) [joints, 6]. `spins`
+    [joints, 9] and `momentum_rate` [6]: see `kinematics.momentum`.
     """
     return STATE.shapes(
         q=nq, v=nv, joints=(joints, 12), columns=(nv, 6), frames=(max(frames, 1), 12), com=3,
         com_rows=(3, nv), moments=(joints, 3), velocities=(joints, 6), accelerations=(joints, 6),
+        spins=(joints, 9), momentum_rate=6,
     )  # fmt: skip
 
 

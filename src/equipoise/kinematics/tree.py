@@ -24,27 +24,27 @@ _KINDS = {
 
 TREE = Arrays(
     ("place", "axis", "mass", "below", "frame_place", "parent", "kind", "first_q", "first_v",
-     "chain_first", "chain_count", "chain", "frame_joint"),
+     "chain_first", "chain_count", "chain", "frame_joint", "inertia"),
     frozenset({"parent", "kind", "first_q", "first_v", "chain_first", "chain_count", "chain",
                "frame_joint"}),
 )  # fmt: skip
 (PLACE, AXIS, MASS, BELOW, FRAME_PLACE, PARENT, KIND, FIRST_Q, FIRST_V, CHAIN_FIRST, CHAIN_COUNT,
- CHAIN, FRAME_JOINT) = range(len(TREE.names))  # fmt: skip
+ CHAIN, FRAME_JOINT, INERTIA) = range(len(TREE.names))  # fmt: skip
 
 
 def tree_shapes(joints: int, links: int, frames: int) -> list[tuple[str, Shape, bool]]:
     """Return the arrays of a tree of `joints`, with `links` columns in all chains, and `frames`.
 
     `place` [joints, 12] is a joint in its parent, `axis` [joints, 3] its axis in itself, `mass`
-    [joints, 4] mass and centre of what it moves, `below` [joints] the mass of all that it moves
-    with. The columns of the velocity that move joint j are
-    `chain[chain_first[j] : chain_first[j] + chain_count[j]]`.
+    [joints, 4] mass and centre of what it moves, `inertia` [joints, 9] its inertia about that
+    centre, in its axes, `below` [joints] the mass of all that it moves with. The columns of the
+    velocity that move joint j are `chain[chain_first[j] : chain_first[j] + chain_count[j]]`.
     """
     return TREE.shapes(
         place=(joints, 12), axis=(joints, 3), mass=(joints, 4), below=joints,
         frame_place=(max(frames, 1), 12), parent=joints, kind=joints, first_q=joints,
         first_v=joints, chain_first=joints, chain_count=joints, chain=links,
-        frame_joint=max(frames, 1),
+        frame_joint=max(frames, 1), inertia=(joints, 9),
     )  # fmt: skip
 
 
@@ -63,6 +63,7 @@ def fill_tree(part: Part, model: pin.Model, frames: Sequence[int]) -> None:
         part.place[joint] = pose_row(model.jointPlacements[joint])
         part.kind[joint] = _KINDS.get(one.shortname(), OTHER)
         part.mass[joint, 0], part.mass[joint, 1:] = inertia.mass, inertia.lever
+        part.inertia[joint] = inertia.inertia.ravel()
         part.first_q[joint], part.first_v[joint] = one.idx_q, one.idx_v
     part.below[:] = part.mass[:, 0]
     for joint in range(model.njoints - 1, 0, -1):

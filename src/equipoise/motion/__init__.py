@@ -1,12 +1,17 @@
 """Motion generation: tasks and contacts in, posture and velocity references out."""
 
+from equipoise.motion.acceleration_advice import AccelerationAdvice, advise_accelerations
 from equipoise.motion.generator import MotionGenerator, MotionStep, StaleMotionError
+from equipoise.motion.governor import Governor
 from equipoise.motion.posture import PostureNotFoundError, solve_posture
 
 __all__ = [
+    "AccelerationAdvice",
+    "Governor",
     "MotionGenerator",
     "MotionStep",
     "PostureNotFoundError",
     "StaleMotionError",
+    "advise_accelerations",
     "solve_posture",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 from equipoise.collision.pairs import FIND
 from equipoise.compiled import entrance
 from equipoise.compiled.workspace import Workspace, part_of
-from equipoise.errors import EquipoiseError
+from equipoise.errors import AdviceWarning, EquipoiseError
 from equipoise.hqp import Hierarchy, HierarchySolver, Solution, Status
 from equipoise.hqp.solution import describe
 from equipoise.hqp.solvers.active_set.memory import FAILED, ITERATION_LIMIT, SOLVED, WORKS
@@ -31,8 +32,9 @@ from equipoise.motion.memory import STATUS, USED
 from equipoise.motion.program import FIRST, MotionProgram
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_period, real_vector
+from equipoise.spatial.numbers import real_vector, require_period
 from equipoise.tasks import Task
+from equipoise.tasks.base import require_rates
 from equipoise.trajectories import Fade
 
 # parts of a tick: between them stands what Python has to see or to find out
@@ -149,7 +151,10 @@ class MotionGenerator:
     a tick is one call of a kernel; any other is given the hierarchy as an object.
     Source: section III-C, eqs. (14)-(16). Differs from the print: contact rows belong into level 0
     (see `ContactTask`), so that the projection (16) is the identity.
-    Raises: `InputError` for a period that is not positive.
+    What had better be otherwise on this robot is warned of (`AdviceWarning`) unless `advise` is
+    off.
+    Raises: `InputError` for a period that is not positive, or so long that a task would go past
+    what it approaches (`rate * dt > 1`).
     """
 
     def __init__(
@@ -162,8 +167,10 @@ class MotionGenerator:
         *,
         fades: Mapping[str, Fade] | None = None,
         t_start: float = 0.0,
+        advise: bool = True,
     ) -> None:
-        self.robot, self.dt = robot, real_period("the period", dt)
+        self.robot, self.dt = robot, require_period(dt)
+        require_rates([task for level in levels for task in level], self.dt)
         self.levels = tuple(tuple(level) for level in levels)
         self.fades = dict(fades or {})
         self.solver = solver() if callable(solver) else solver
@@ -171,7 +178,16 @@ class MotionGenerator:
         self._new_solver = solver if callable(solver) else None
         self.stamp = 0
         self.lay_out_again: Callable[[float], None] = self._lay_out_again
-        self._lay_out(real_vector("q_start", q_start, robot.nq), t_start)
+        q = real_vector("q_start", q_start, robot.nq)
+        self._lay_out(q, t_start)
+        if advise:
+            self._advise(robot.at(q, None, t_start))
+
+    def _advise(self, kin: Kinematics) -> None:
+        """Warn of what had better be otherwise on this robot."""
+        for task in (task for level in self.levels for task in level):
+            for sentence in task.advice(self.robot, kin):
+                warnings.warn(sentence, AdviceWarning, stacklevel=3)
 
     def _lay_out(self, q: Array, t: float) -> None:
         """Make a workspace for the tasks as they are at `q` (nq,) and time `t` [s]."""

@@ -42,11 +42,20 @@ from equipoise.hqp.solvers.active_set.memory import (
 from equipoise.hqp.solvers.active_set.memory import FIRST as ROW_BEGINS
 from equipoise.hqp.solvers.active_set.memory import LAST as ROW_ENDS
 from equipoise.hqp.solvers.active_set.solve import solve_there
-from equipoise.kinematics.kernels import Q, place_frames, place_joints, weigh
+from equipoise.kinematics.kernels import (
+    VELOCITY,
+    Q,
+    move_joints,
+    place_frames,
+    place_joints,
+    weigh,
+)
 from equipoise.kinematics.manifold import integrate
 from equipoise.motion.memory import (
     AT,
     BLENDED,
+    CLOCK,
+    CLOCK_RATE,
     CONTACT_AT,
     CONTACT_HELD,
     CONTACT_RATE,
@@ -56,7 +65,9 @@ from equipoise.motion.memory import (
     FLAGS,
     FRAME,
     KIND,
+    NEEDS_BEFORE,
     NEEDS_COM,
+    NEEDS_MOTION,
     NUMBERS,
     PAIRS_PART,
     RATES,
@@ -72,22 +83,26 @@ from equipoise.motion.memory import (
 )
 from equipoise.tasks.avoidance import avoidance_rows
 from equipoise.tasks.com_polygon import com_rows
+from equipoise.tasks.floor_support import support_rows
 from equipoise.tasks.frame_pose import frame_pose_rows
 from equipoise.tasks.gaze import gaze_rows
+from equipoise.tasks.joint_accelerations import acceleration_rows
 from equipoise.tasks.joint_limits import limit_rows
 from equipoise.tasks.posture import posture_rows
 from equipoise.tasks.view import (
     AVOIDANCE,
     COM_POLYGON,
+    FLOOR_SUPPORT,
     FRAME_POSE,
     GAZE,
+    JOINT_ACCELERATIONS,
     JOINT_LIMITS,
     POSTURE,
     TaskView,
 )
 from equipoise.trajectories.fade import fade_weight
 from equipoise.trajectories.targets import ROWS as TARGET_ROWS
-from equipoise.trajectories.targets import evaluate_targets
+from equipoise.trajectories.targets import evaluate_targets, slow_targets
 
 WORK_LIMIT = 1000
 
@@ -111,9 +126,19 @@ def motion_begin(m: MotionBlocks, t: float) -> int:
     """Place everything at the reference at time t; return how many distances are left to Coal."""
     place_joints(m.tree, m.state)
     place_frames(m.tree, m.state)
-    if integers(m.tasks, FLAGS)[NEEDS_COM]:
+    flags = integers(m.tasks, FLAGS)
+    if flags[NEEDS_COM]:
         weigh(m.tree, m.state)
+    if flags[NEEDS_BEFORE]:
+        before, v_ref = vector(m.state, VELOCITY), vector(m.tasks, V_REF)
+        for c in range(v_ref.shape[0]):
+            before[c] = v_ref[c]
+    if flags[NEEDS_MOTION]:
+        move_joints(m.tree, m.state)
     evaluate_targets(m.targets, t)
+    rate = vector(m.tasks, CLOCK)[CLOCK_RATE]
+    if rate != 1.0:
+        slow_targets(m.targets, rate)
     hold_contacts(m, t)
     kind, part, asked = integers(m.tasks, KIND), integers(m.tasks, PAIRS_PART), 0
     for k in range(kind.shape[0]):
@@ -180,6 +205,10 @@ def task_rows(m: MotionBlocks, k: int, A: np.ndarray, lower: np.ndarray, upper: 
         com_rows(view)
     elif kind == GAZE:
         gaze_rows(view)
+    elif kind == JOINT_ACCELERATIONS:
+        acceleration_rows(view)
+    elif kind == FLOOR_SUPPORT:
+        support_rows(view)
     elif kind == AVOIDANCE:
         pairs = part_of(m.floats, m.whole, m.tables, integers(m.tasks, PAIRS_PART)[k])
         avoidance_rows(m.tree, m.state, pairs, numbers, A, lower, upper, at)

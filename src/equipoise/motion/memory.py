@@ -7,17 +7,25 @@ from equipoise.compiled.workspace import Arrays, Shape
 TASKS = Arrays(
     ("rates", "numbers", "contact_rate", "window", "fades", "weights", "shares", "thresholds",
      "blended", "v_ref", "kind", "frame", "target", "first", "at", "pairs", "contact_at",
-     "contact_held", "fade_of", "flags"),
+     "contact_held", "fade_of", "flags", "clock"),
     frozenset({"kind", "frame", "target", "first", "at", "pairs", "contact_at", "contact_held",
                "fade_of", "flags"}),
 )  # fmt: skip
 (RATES, NUMBERS, CONTACT_RATE, WINDOW, FADES, WEIGHTS, SHARES, THRESHOLDS, BLENDED, V_REF, KIND,
- FRAME, TARGET, FIRST, AT, PAIRS_PART, CONTACT_AT, CONTACT_HELD, FADE_OF,
- FLAGS) = range(len(TASKS.names))  # fmt: skip
+ FRAME, TARGET, FIRST, AT, PAIRS_PART, CONTACT_AT, CONTACT_HELD, FADE_OF, FLAGS,
+ CLOCK) = range(len(TASKS.names))  # fmt: skip
 
 # entries of `flags`: whether a task needs the centre of mass; which part of the workspace the first
-# search is; how many searches there are, and how many the last tick used; how it went
-NEEDS_COM, SEARCHES_FROM, SEARCHES, USED, STATUS = range(5)
+# search is; how many searches there are, and how many the last tick used; how it went; whether a
+# task needs the velocity of the tick before, and whether the motion that it makes
+NEEDS_COM, SEARCHES_FROM, SEARCHES, USED, STATUS, NEEDS_BEFORE, NEEDS_MOTION = range(7)
+
+# entries of `clock`: the rate at which the time of the targets goes [1], that time [s], and what
+# the governor is told (see `motion.governor`): errors of frames [m, rad] and of the posture [rad]
+# at which it begins to slow and at which it stops, and how fast the rate may fall and rise [1/s]
+(CLOCK_RATE, CLOCK_TIME, GOVERNED, WAY_FREE, WAY_STOP, TURN_FREE, TURN_STOP, POSTURE_FREE,
+ POSTURE_STOP, FALL, RISE) = range(11)  # fmt: skip
+CLOCK_SIZE = 11
 
 
 def task_shapes(
@@ -36,5 +44,6 @@ def task_shapes(
     return TASKS.shapes(
         rates=k, numbers=max(numbers, 1), contact_rate=c, window=(c, 2), fades=(f, 3), weights=f,
         shares=f + 1, thresholds=f + 1, blended=nv, v_ref=nv, kind=k, frame=k, target=k,
-        first=k + 1, at=k, pairs=k, contact_at=c, contact_held=c, fade_of=max(rows, 1), flags=5,
+        first=k + 1, at=k, pairs=k, contact_at=c, contact_held=c, fade_of=max(rows, 1), flags=7,
+        clock=CLOCK_SIZE,
     )  # fmt: skip

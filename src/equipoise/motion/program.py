@@ -19,11 +19,19 @@ from equipoise.hqp.solvers.active_set.memory import (
 )
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import state_shapes
-from equipoise.motion.memory import NEEDS_COM, SEARCHES, SEARCHES_FROM, task_shapes
+from equipoise.motion.memory import (
+    CLOCK_RATE,
+    NEEDS_BEFORE,
+    NEEDS_COM,
+    NEEDS_MOTION,
+    SEARCHES,
+    SEARCHES_FROM,
+    task_shapes,
+)
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask, ContactTask, KernelTask, Task
-from equipoise.tasks.view import COM_POLYGON
+from equipoise.tasks.view import COM_POLYGON, FLOOR_SUPPORT, JOINT_ACCELERATIONS
 from equipoise.trajectories import Fade
 from equipoise.trajectories.targets import TargetList, write_given
 
@@ -132,7 +140,7 @@ class MotionProgram:
         searches = (
             f"search{k}.{name}" for k in range(len(self.fades) + 1) for name in SEARCH_MEMORY
         )
-        return ("reference.q", "tasks.v_ref", *searches)
+        return ("reference.q", "tasks.v_ref", "tasks.clock", *searches)
 
     def fill(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:
         """Write the constants; `number_of` a frame is its number in the tree."""
@@ -165,7 +173,12 @@ class MotionProgram:
             else:
                 which = k - len(self.kernel_tasks)
                 part.pairs[k] = list(workspace.parts).index(f"pairs{which}")
-        part.flags[NEEDS_COM] = any(one.task.kind == COM_POLYGON for one in self.kernel_tasks)
+        kinds = {one.task.kind for one in self.kernel_tasks}
+        part.flags[NEEDS_COM] = bool(kinds & {COM_POLYGON, FLOOR_SUPPORT})
+        part.flags[NEEDS_BEFORE] = bool(kinds & {JOINT_ACCELERATIONS, FLOOR_SUPPORT})
+        part.flags[NEEDS_MOTION] = FLOOR_SUPPORT in kinds
+        part.clock[:] = 0.0
+        part.clock[CLOCK_RATE] = 1.0
         part.flags[SEARCHES_FROM] = list(workspace.parts).index("search0")
         part.flags[SEARCHES] = len(self.fades) + 1
         part.fade_of[:] = -1

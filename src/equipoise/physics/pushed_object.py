@@ -6,6 +6,7 @@ It has no inertia: below the Coulomb force it stays put, above it the pushing fo
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -34,7 +35,7 @@ class PushedObject:
     viscosity: float
 
     def __post_init__(self) -> None:
-        if not (self.coulomb >= 0.0 and self.viscosity > 0.0):
+        if not (0.0 <= self.coulomb < math.inf and 0.0 < self.viscosity < math.inf):
             raise InputError(
                 "a slider needs coulomb >= 0 and viscosity > 0",
                 given=(self.coulomb, self.viscosity),

@@ -51,7 +51,7 @@ def _text_of(name_or_path: str) -> str:
             )
     remedy = "Give a YAML file, or the name of a shipped scenario"
     try:
-        if path.exists() and not path.is_file():
+        if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe or a device
             raise ScenarioError(f"{path} is not a file", known=known, remedy=remedy)
         if path.stat().st_size > MOST_BYTES:
             size = f"{MOST_BYTES // 1_000_000} MB"

@@ -109,7 +109,8 @@ def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:
     """Return our error for one complaint of pydantic; an unknown key explains a missing one."""
     complaints = error.errors(include_url=False)
     first = min(complaints, key=lambda c: c["type"] != "extra_forbidden")
-    location = _without_tags(first["loc"], plain)
+    told: Any = (first.get("ctx") or {}).get("at")  # where a check of the whole scenario found it
+    location = list(told) if told else _without_tags(first["loc"], plain)
     path = ".".join(str(part) for part in location)
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "extra_forbidden":
@@ -129,7 +130,7 @@ def _translate(error: ValidationError, plain: Any, tree: Any) -> ScenarioError:
     line = _line(tree, location)
     if first["type"] == "union_tag_not_found":
         return ScenarioError("key 'kind' is missing", path=path, line=line, known=_kinds(location))
-    given = first.get("input")
+    given: Any = None if told else first.get("input")
     if first["type"] == "union_tag_invalid":
         hint = NameNotFoundError("kind", str(given["kind"]), _kinds(location))
         return ScenarioError(

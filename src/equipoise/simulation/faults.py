@@ -14,6 +14,7 @@ from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
 from equipoise.simulation.sensors import Reading
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, require_period
 
 T = TypeVar("T")
 
@@ -62,6 +63,7 @@ class DelayLine(Generic[T]):
     """Gives back what was put in `delay` [s] ago, or the oldest if there is none so old."""
 
     def __init__(self, delay: float, dt: float) -> None:
+        delay, dt = not_negative("delay", delay, "s"), require_period(dt)
         self.ticks = int(np.ceil(delay / dt - 1e-9))
         self._past: deque[T] = deque(maxlen=self.ticks + 1)
 

@@ -64,7 +64,9 @@ class Recorder:
         self, t: float, state: PhysicsState, command: WholeBodyCommand, after: PhysicsState
     ) -> None:
         """Fill the record of a tick; multipliers are those that act during it."""
-        self._observer.look(t, state.q, state.v, command.result, after.lam)
+        self._observer.look(
+            self.controller.followed_at, state.q, state.v, command.result, after.lam
+        )
         self._violation[0] = after.violation
         self._status[0] = CONTROL_CODES[command.status]
         self._status[1] = HIERARCHY_CODES[command.motion_status]

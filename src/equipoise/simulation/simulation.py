@@ -48,7 +48,7 @@ class Simulation:
     def story(self) -> tuple[str, ...]:
         """What a person changed and what the supervisor did, in sentences."""
         changes = self.operator_port.changes if self.operator_port is not None else []
-        return (*changes, *self.controller.story)
+        return (*self.assembly.told, *changes, *self.controller.story)
 
     def operate(self, operator: Operator) -> None:
         """Let someone change pushes, gains and wanted forces while it runs."""

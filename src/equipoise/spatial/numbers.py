@@ -65,3 +65,43 @@ def real_period(name: str, value: object) -> float:
     if not (math.isfinite(period) and period > 0.0):
         raise InputError(f"{name} must be finite and positive", given=value, remedy="Give seconds")
     return period
+
+
+def positive(name: str, value: object, unit: str = "") -> float:
+    """Return a finite number above zero. Raises: `InputError`."""
+    number = _number(value)
+    if not (np.isfinite(number) and number > 0.0):
+        raise InputError(f"{name} must be finite and positive{_bracketed(unit)}", given=value)
+    return number
+
+
+def not_negative(name: str, value: object, unit: str = "") -> float:
+    """Return a finite number that is zero or above. Raises: `InputError`."""
+    number = _number(value)
+    if not (np.isfinite(number) and number >= 0.0):
+        raise InputError(f"{name} must be finite and not negative{_bracketed(unit)}", given=value)
+    return number
+
+
+def share(name: str, value: object) -> float:
+    """Return a share, above zero and at most one. Raises: `InputError`."""
+    number = _number(value)
+    if not 0.0 < number <= 1.0:
+        raise InputError(f"{name} must be in (0, 1]", given=value)
+    return number
+
+
+def require_period(dt: object) -> float:
+    """Return a period [s] that is finite and positive. Raises: `InputError`."""
+    return real_period("the period", dt)
+
+
+def _number(value: object) -> float:
+    """Return a real number as a float, NaN for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        return np.nan
+    return float(value)
+
+
+def _bracketed(unit: str) -> str:
+    return f" [{unit}]" if unit else ""

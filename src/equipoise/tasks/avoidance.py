@@ -136,6 +136,11 @@ class AvoidanceTask(Task):
         return self.damping / (self.influence - self.security)
 
     @property
+    def fastest_rate(self) -> float:
+        """The slope [1/s]: the rate with which the security distance is approached."""
+        return self.slope
+
+    @property
     def numbers(self) -> Array:
         """Influence and security distance [m], slope [1/s] (3,)."""
         return np.array([self.influence, self.security, self.slope])

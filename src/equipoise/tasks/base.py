@@ -11,10 +11,13 @@ import numpy as np
 from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription, Rows
 from equipoise.kinematics import Kinematics
+from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_number
+from equipoise.spatial.numbers import positive
 from equipoise.tasks.view import GIVEN
 from equipoise.trajectories import PoseTrajectory
+
+_ROUNDING = 1e-9  # of rate * period
 
 
 class Task(ABC):
@@ -49,6 +52,15 @@ class Task(ABC):
     @abstractmethod
     def units(self) -> tuple[str, ...]:
         """Unit of each component of `error`."""
+
+    @property
+    def fastest_rate(self) -> float:
+        """The fastest rate [1/s] with which it closes an error: its `rate`, if it has one."""
+        return float(getattr(self, "rate", 0.0))
+
+    def advice(self, robot: Robot, kin: Kinematics) -> tuple[str, ...]:
+        """Return what had better be otherwise on a robot that starts at `kin`, in sentences."""
+        return ()
 
     def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
         """Return what a person calls each row of the task's block in a hierarchy."""
@@ -128,7 +140,30 @@ def require_frame(name: str, frame: str | int | None) -> str | int:
 
 def require_rate(name: str, rate: float) -> float:
     """Return a rate [1/s] that is finite and positive. Raises: `InputError`."""
-    value = real_number(f"the rate of task {name!r}", rate, finite=False)
-    if not (np.isfinite(value) and value > 0.0):
-        raise InputError(f"the rate of task {name!r} must be finite and positive", given=rate)
-    return value
+    return positive(f"the rate of task {name!r}", rate, "1/s")
+
+
+def require_rates(tasks: Sequence[Task], period: float) -> None:
+    """Refuse tasks made for another period [s], or that would overshoot in one what they approach.
+
+    A step of Euler takes `rate * period` of the way to a target or a bound: above one it goes past
+    it, above two further each time, and a bound on a velocity no longer keeps a position.
+    Raises: `InputError`.
+    """
+    for task in tasks:
+        wanted = getattr(task, "period", period)
+        if wanted != period:
+            raise InputError(
+                f"task {task.name!r} was made for another period than the generator's",
+                given={"task": wanted, "generator": period},
+                remedy="Give both the same [s]",
+            )
+        rate = task.fastest_rate
+        if rate * period > 1.0 + _ROUNDING:
+            raise InputError(
+                f"task {task.name!r} is too fast for the period: it would go past what it "
+                f"approaches, {rate:g} 1/s * {period:g} s = {rate * period:.3g} > 1",
+                given={"rate": rate, "period": period},
+                remedy=f"Give it a rate of at most {1.0 / period:.6g} 1/s, or a period of at most "
+                f"{1.0 / rate:.6g} s",
+            )

@@ -10,10 +10,14 @@ from equipoise.contacts import SupportPolygon
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import COM, COM_ROWS
+from equipoise.robots import Robot
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask, require_rate
 from equipoise.tasks.view import COM_POLYGON, TaskView
+
+GRAVITY = 9.81  # [m/s^2]
 
 
 @compiled
@@ -34,6 +38,8 @@ class ComPolygonTask(KernelTask):
 
     `n . J_com v <= rate * (distance to the edge - margin)`: the edge minus `margin` [m] is
     approached exponentially and not crossed while `rate * dt <= 1`; outside, it is returned to.
+    A centre of mass that comes to an edge brakes with `rate^2` times its distance; a floor that
+    can only push gives `g/h` times it at a height h, so a rate above `sqrt(g/h)` is warned of.
     Source: section V (Sugihara and Nakamura 2002 for the Jacobian).
     """
 
@@ -42,11 +48,11 @@ class ComPolygonTask(KernelTask):
     alone = staticmethod(alone_of("com", com_rows))
 
     def __init__(
-        self, name: str, polygon: SupportPolygon, *, margin: float = 0.02, rate: float = 10.0
+        self, name: str, polygon: SupportPolygon, *, margin: float = 0.02, rate: float = 3.0
     ) -> None:
         super().__init__(name)
         self.polygon = polygon
-        self.margin = margin
+        self.margin = not_negative(f"the margin of task {name!r}", margin, "m")
         self.rate = require_rate(name, rate)
         self._labels = tuple(f"edge{i}" for i in range(len(polygon.offsets)))
 
@@ -71,6 +77,19 @@ class ComPolygonTask(KernelTask):
         edges = self.polygon
         inside = edges.offsets - edges.normals @ kin.p_world_com[:2]
         return np.maximum(0.0, self.margin - inside)
+
+    def advice(self, robot: Robot, kin: Kinematics) -> tuple[str, ...]:
+        """Return a sentence if a floor cannot brake the robot as fast as the rate wants."""
+        floors = [kin.placement(sole.frame).translation[2] for sole in robot.soles]
+        height = float(kin.p_world_com[2]) - min(floors, default=0.0)
+        if not height > 0.0 or self.rate <= np.sqrt(GRAVITY / height):
+            return ()
+        return (
+            f"task {self.name!r} has a rate of {self.rate:g} 1/s, above sqrt(g/h) = "
+            f"{np.sqrt(GRAVITY / height):.2f} 1/s with the centre of mass at h = {height:.2f} m: "
+            "a floor cannot brake the robot so late, a sole would have to pull. "
+            f"Give it a rate of at most {np.floor(10.0 * np.sqrt(GRAVITY / height)) / 10.0:g} 1/s.",
+        )
 
     def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
         """Return what a person calls each row."""

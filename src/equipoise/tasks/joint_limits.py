@@ -9,7 +9,6 @@ import numpy as np
 
 from equipoise.compiled import compiled
 from equipoise.compiled.workspace import integers, vector
-from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.hqp.row_names import SPEED_LIMIT
 from equipoise.kinematics import Kinematics
@@ -17,6 +16,7 @@ from equipoise.kinematics.kernels import Q
 from equipoise.kinematics.tree import FIRST_Q, KIND
 from equipoise.robots import Robot
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, share
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask, require_rate
 from equipoise.tasks.joint_rows import write_joint_rows
@@ -59,12 +59,8 @@ class JointLimitsTask(KernelTask):
         rate: float = 20.0,
     ) -> None:
         super().__init__(name)
-        if not (np.isfinite(margin) and margin >= 0.0):
-            raise InputError(f"the margin of task {name!r} must not be negative", given=margin)
-        if not 0.0 < velocity_share <= 1.0:
-            raise InputError(
-                f"the velocity share of task {name!r} must be in (0, 1]", given=velocity_share
-            )
+        margin = not_negative(f"the margin of task {name!r}", margin, "rad")
+        velocity_share = share(f"the velocity share of task {name!r}", velocity_share)
         self._labels = robot.joint_names
         self.rate = require_rate(name, rate)
         inset = np.minimum(margin, 0.25 * (robot.q_max - robot.q_min))

@@ -11,7 +11,8 @@ from equipoise.compiled.workspace import Block
 from equipoise.kinematics.tree import base_size
 
 # kinds of tasks as kernels know them; the rows of a GIVEN one are written from Python
-GIVEN, FRAME_POSE, GAZE, COM_POLYGON, JOINT_LIMITS, POSTURE, AVOIDANCE = range(7)
+(GIVEN, FRAME_POSE, GAZE, COM_POLYGON, JOINT_LIMITS, POSTURE, AVOIDANCE, JOINT_ACCELERATIONS,
+ FLOOR_SUPPORT) = range(9)  # fmt: skip
 
 
 class TaskView(NamedTuple):

@@ -7,6 +7,7 @@ from equipoise.trajectories.fixed import FixedPose
 from equipoise.trajectories.profile import Profile
 from equipoise.trajectories.pushing import PushingForce
 from equipoise.trajectories.scalar import ScalarTrajectory
+from equipoise.trajectories.time_scaling import MotionLimits, SlowedLeg, slow_down
 from equipoise.trajectories.travel import Travel, TravelTrajectory
 from equipoise.trajectories.waypoints import Waypoint, WaypointTrajectory
 
@@ -14,13 +15,16 @@ __all__ = [
     "AttachedTrajectory",
     "Fade",
     "FixedPose",
+    "MotionLimits",
     "PoseSample",
     "PoseTrajectory",
     "Profile",
     "PushingForce",
     "ScalarTrajectory",
+    "SlowedLeg",
     "Travel",
     "TravelTrajectory",
     "Waypoint",
     "WaypointTrajectory",
+    "slow_down",
 ]

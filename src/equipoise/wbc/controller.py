@@ -23,19 +23,20 @@ from equipoise.control import (
     Supervisor,
     SupervisorLimits,
 )
-from equipoise.control.passivity.law import STATUS, require_period, require_support
+from equipoise.control.passivity.law import STATUS, require_support
 from equipoise.control.passivity.program import LawProgram
 from equipoise.control.supervisor import Mode
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
 from equipoise.hqp import Hierarchy, HierarchySolver, Solution, Status, make_solver
 from equipoise.kinematics.tree import fill_tree, tree_of
-from equipoise.motion import MotionGenerator
+from equipoise.motion import Governor, MotionGenerator
 from equipoise.motion.generator import STAGES, STATUS_OF
+from equipoise.motion.memory import CLOCK_RATE, CLOCK_TIME, GOVERNED
 from equipoise.motion.memory import STATUS as MOTION_STATUS
 from equipoise.motion.program import MotionProgram
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_array, real_vector
+from equipoise.spatial.numbers import real_array, real_vector, require_period
 from equipoise.tasks import Task
 from equipoise.trajectories import Fade
 from equipoise.trajectories.scalar import GIVEN
@@ -71,7 +72,7 @@ class ControlSettings:
 
     `period` [s] of a tick; `gains` of the law; `bounds` on the supporting reactions (None: the
     least costly ones); `filter_time` [s] of the reaction observer; `limits` of the supervisor;
-    `solver` of the hierarchy, by name.
+    `solver` of the hierarchy, by name; `governor` of the targets' clock (None: it is the time).
     """
 
     gains: ControlGains
@@ -80,6 +81,7 @@ class ControlSettings:
     filter_time: float = 0.0
     limits: SupervisorLimits = field(default_factory=SupervisorLimits)
     solver: str = "active_set"
+    governor: Governor | None = None
 
 
 class WholeBodyCommand:
@@ -157,7 +159,9 @@ class WholeBodyController:
     wanted multiplier of each regulated row as a function of time; a contact that can only push is
     never wanted to pull: a profile that does is refused, a function of one's own gets zero instead.
     `fades` tells which tasks come and go. With the passivity law and our own solver a tick is one
-    call of a kernel; `controller` makes another one, whose ticks are then its own.
+    call of a kernel; `controller` makes another one, whose ticks are then its own. With a governor,
+    tasks, fades and wanted forces are those of its clock, which may be behind the time; contacts
+    then must not come or go.
     Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
     """
 
@@ -173,8 +177,8 @@ class WholeBodyController:
         fades: Mapping[str, Fade] | None = None,
         controller: NewController | None = None,
     ) -> None:
-        require_period(settings.period)
-        self.robot, self.settings, self.dt = robot, settings, float(settings.period)
+        self.robot, self.settings, self.followed_at = robot, settings, 0.0
+        self.dt = require_period(settings.period)
         if isinstance(contacts, ContactStack):
             contacts = ContactSchedule(contacts.contacts, {})
         self.schedule = contacts
@@ -183,6 +187,12 @@ class WholeBodyController:
         self._take_wanted(contacts.contacts, dict(wanted_forces or {}))
         q = real_vector("q_start", q_start, robot.nq)
         self.motion = self._make_motion(levels, q, dict(fades or {}))
+        if settings.governor is not None and len(contacts.stacks) > 1:
+            raise InputError(
+                "a governor slows the clock of the tasks, and contacts come and go by the time",
+                given=[name for name, w in contacts.windows.items() if np.isfinite(w).any()],
+                remedy="Leave out the governor, or the windows of the contacts",
+            )
         self.motion.lay_out_again = self._lay_out_again
         self._law_program = LawProgram(robot, contacts.contacts, settings.bounds)
         self._lay_out(self._law_program)
@@ -303,6 +313,8 @@ class WholeBodyController:
         meeting.numbers[PERIOD] = self.dt
         meeting.numbers[POSTURE_ERROR], meeting.numbers[TILT] = limits.posture_error, limits.tilt
         meeting.flags[FADING] = bool(self.motion.fades)
+        if self.settings.governor is not None:
+            self.settings.governor.write(self.workspace.parts["tasks"])
         robot = self.robot
         meeting.fastest[:] = limits.overspeed * robot.v_max
         sizes = (robot.nq, robot.nv, robot.na, robot.nv, robot.nv)
@@ -327,6 +339,18 @@ class WholeBodyController:
     def contacts(self) -> ContactStack:
         """The contacts that hold now."""
         return self._held
+
+    @property
+    def clock(self) -> tuple[float, float]:
+        """Rate [1] and time [s] of the governor's clock; (1, nan) without a governor."""
+        clock = self.workspace.parts["tasks"].clock
+        return float(clock[CLOCK_RATE]), float(clock[CLOCK_TIME]) if clock[GOVERNED] else np.nan
+
+    def _follow(self, t: float) -> float:
+        """Note and return the time [s] whose targets are followed in the tick of time `t`."""
+        clock = self.workspace.parts["tasks"].clock
+        self.followed_at = float(clock[CLOCK_TIME]) if self.settings.governor is not None else t
+        return self.followed_at
 
     @property
     def motion_status(self) -> Status:
@@ -357,8 +381,9 @@ class WholeBodyController:
             self._hold(stack)
         q, v, lam = self._checked(q, v, wrenches)
         self.motion.stamp += 1
+        followed = self._follow(t)
         if self._given:
-            self._write_given(t)
+            self._write_given(followed)
         if self._fused and self.supervisor.mode is Mode.RUN:
             return self._in_one(t, q, v, lam)
         return self._in_parts(t, q, v, lam)
@@ -366,7 +391,7 @@ class WholeBodyController:
     def _in_one(self, t: float, q: Array, v: Array, lam: Array) -> WholeBodyCommand:
         result = np.empty(self._size)
         if self.motion.asks_before:
-            self.motion.program.write_before(self.workspace, t)
+            self.motion.program.write_before(self.workspace, self.followed_at)
         code = tick(*self._blocks, t, q, v, lam, WHOLE, result)
         if code == ASKED:
             self.motion.program.ask_coal(self.workspace)
@@ -379,7 +404,7 @@ class WholeBodyController:
 
     def _in_parts(self, t: float, q: Array, v: Array, lam: Array) -> WholeBodyCommand:
         """Run a tick in which Python has a say: in tasks, solver, contacts, controller or mode."""
-        self.motion.solve(t)
+        self.motion.solve(self.followed_at)
         result = np.empty(self._size)
         tick(*self._blocks, t, q, v, lam, WANT, result)
         if self.law is None or self.law.asks_python or self.supervisor.mode is not Mode.RUN:
@@ -449,9 +474,10 @@ class WholeBodyController:
             self.controller.switch(stack)
             self._hold(stack)
         self.motion.stamp += 1
+        followed = self._follow(t)
         if self._given:
-            self._write_given(t)
-        self.motion.solve(t)
+            self._write_given(followed)
+        self.motion.solve(followed)
         result = last.result.copy()
         result[: self.ends[0]] = self.workspace.parts["reference"].q
         result[self.ends[0] : self.ends[1]] = self.workspace.parts["tasks"].v_ref

@@ -10,9 +10,9 @@ import numpy as np
 
 from equipoise.compiled import compiled, entrance, scratch
 from equipoise.compiled.workspace import Block, integers, part_of, vector
-from equipoise.control.passivity.kernels import HELD, RUN, law_begin, law_tick
-from equipoise.control.passivity.memory import FLAGS as LAW_FLAGS
+from equipoise.control.passivity.kernels import HELD, RUN, SATURATED, law_begin, law_tick
 from equipoise.control.passivity.memory import (
+    DQ,
     LAM,
     LAM_REF,
     Q_REF,
@@ -21,13 +21,17 @@ from equipoise.control.passivity.memory import (
     SUPPORTING_COUNT,
     TAU,
     V_REF,
+    WAITING,
     S,
     U,
 )
+from equipoise.control.passivity.memory import FLAGS as LAW_FLAGS
 from equipoise.kinematics.kernels import VELOCITY, Q, is_finite
 from equipoise.kinematics.manifold import difference
 from equipoise.kinematics.tree import base_size
+from equipoise.motion.governor import follow_clock
 from equipoise.motion.kernels import MotionBlocks, motion_begin, move_on, solve_motion, write_rows
+from equipoise.motion.memory import CLOCK, CLOCK_TIME, GOVERNED
 from equipoise.motion.memory import V_REF as MOTION_V_REF
 from equipoise.trajectories.scalars import evaluate_scalars, wanted_now
 from equipoise.wbc.memory import (
@@ -61,7 +65,8 @@ def tick(
 ) -> int:  # fmt: skip
     """Run a tick, or parts of it, for measured q [nq], v [nv], lam [r]; return how it went.
 
-    `result` gets q_ref, v_ref, tau, u, s and the reaction F, one after the other. The reference
+    What is wanted is that of the governor's time, if there is one, and of `t` otherwise. `result`
+    gets q_ref, v_ref, tau, u, s and the reaction F, one after the other. The reference
     moves on only after the law has run.
     """
     m = MotionBlocks(
@@ -71,14 +76,18 @@ def tick(
         tables,
     )  # fmt: skip
     law, meeting = part_of(floats, whole, tables, LAW), part_of(floats, whole, tables, MEETING)
-    if part & BEGIN_MOTION and motion_begin(m, t) > 0:
+    clock = vector(m.tasks, CLOCK)
+    governed, wanted_at = clock[GOVERNED] != 0.0, t
+    if governed:
+        wanted_at = clock[CLOCK_TIME]
+    if part & BEGIN_MOTION and motion_begin(m, wanted_at) > 0:
         return ASKED
     if part & WRITE_ROWS:
         write_rows(m)
     if part & SOLVE_MOTION:
-        solve_motion(m, t, integers(meeting, FLAGS)[FADING] != 0)
+        solve_motion(m, wanted_at, integers(meeting, FLAGS)[FADING] != 0)
     if part & WANT:
-        want(m, part_of(floats, whole, tables, SCALARS), law, meeting, t)
+        want(m, part_of(floats, whole, tables, SCALARS), law, meeting, wanted_at)
     how = RUN
     if part & (BEGIN_LAW | RUN_LAW):
         how = run_law(floats, whole, tables, t, q, v, lam, part)
@@ -87,8 +96,20 @@ def tick(
     if part & RUN_LAW:
         write_result(m, law, result)
     if part & MOVE:
+        if governed:
+            govern(m, law, vector(meeting, NUMBERS)[PERIOD], how == SATURATED)
         move_on(m, vector(meeting, NUMBERS)[PERIOD])
     return how
+
+
+@compiled
+def govern(m: MotionBlocks, law: Block, dt: float, clamped: bool) -> None:
+    """Let the time of the targets go on; the law notes whether they wait for the robot."""
+    dq, behind = vector(law, DQ), 0.0
+    for i in range(dq.shape[0]):
+        behind = max(behind, abs(dq[i]))
+    waiting = follow_clock(m, dt, behind, clamped)
+    integers(law, LAW_FLAGS)[WAITING] = 1 if waiting else 0
 
 
 @compiled

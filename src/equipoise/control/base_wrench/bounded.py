@@ -34,6 +34,7 @@ from equipoise.hqp.solvers.active_set.memory import (
 )
 from equipoise.hqp.solvers.active_set.solve import SOLVE
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, share
 
 _SIDES = 8
 BASE = 6  # rows of the base wrench, at most
@@ -52,6 +53,11 @@ class ReactionBounds:
     friction_share: float = 0.9
     pressure_margin: float = 0.005
     warn: float = 10.0
+
+    def __post_init__(self) -> None:
+        for name in ("normal_min", "pressure_margin", "warn"):
+            not_negative(name, getattr(self, name))
+        share("friction_share", self.friction_share)
 
 
 class DistributionStatus(Enum):

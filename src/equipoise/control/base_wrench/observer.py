@@ -11,16 +11,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.errors import InputError
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, require_period
 
 
 class ReactionObserver:
     """Follows lam_0 with the time constant `filter_time` [s]; zero takes it at face value."""
 
     def __init__(self, filter_time: float, dt: float) -> None:
-        if not (np.isfinite(filter_time) and filter_time >= 0.0):
-            raise InputError("filter_time must be finite and not negative", given=filter_time)
         self.gain = observer_gain(filter_time, dt)
         self.lam_0: Array | None = None
 
@@ -38,7 +36,11 @@ class ReactionObserver:
 
 
 def observer_gain(filter_time: float, dt: float) -> float:
-    """Return the share g of the difference that an observer takes over a tick of `dt` [s]."""
+    """Return the share g of the difference that an observer takes over a tick of `dt` [s].
+
+    Raises: `InputError` for a negative time or a period that is not positive.
+    """
+    filter_time, dt = not_negative("filter_time", filter_time, "s"), require_period(dt)
     return 1.0 if filter_time == 0.0 else float(-np.expm1(-dt / filter_time))
 
 

@@ -9,9 +9,12 @@ import pinocchio as pin
 import scipy.linalg
 
 from equipoise.contacts import ContactStack
-from equipoise.errors import InputError
 from equipoise.robots import Robot
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, positive, require_period
+from equipoise.spatial.numbers import share as fraction
+
+_POSTURES = 200
 
 
 @dataclass(frozen=True)
@@ -31,12 +34,14 @@ class GainAdvice:
     kappa_max_free: float
     delay_margin: float
     ratio_diagonal: float
+    shape: str = "M(q_0)"
 
     def sentences(self) -> tuple[str, ...]:
         """Return the advice in words, one sentence a line."""
+        share = 100.0 * self.kappa / self.kappa_max_rigid
         return (
-            f"K_d = {self.kappa:g} M(q_0): {100 * self.kappa / self.kappa_max_rigid:.0f} % of the "
-            f"bound {self.kappa_max_rigid:.0f} 1/s on rigid contacts.",
+            f"K_d = {self.kappa:g} {self.shape}: {share:.0f} % of the bound "
+            f"{self.kappa_max_rigid:.0f} 1/s on rigid contacts.",
             f"With the supporting contacts gone the bound is {self.kappa_max_free:.1f} 1/s.",
             f"A delay of up to {1e3 * self.delay_margin:.1f} ms leaves the loop stable.",
             f"A diagonal K_d would have to be {self.ratio_diagonal:.0f} times smaller.",
@@ -58,10 +63,14 @@ def advise_gains(
 
     `kappa` [1/s] is taken as given, or chosen as `share` of the bound on rigid contacts.
     `rotor_inertia` [kg m^2] of every joint, as seen behind its gear, is added to M.
-    Raises: `InputError` if the period is not positive.
+    Raises: `InputError` for a number that is not finite or has the wrong sign.
     """
-    if not dt > 0.0:
-        raise InputError("the control period must be positive", given=dt)
+    require_period(dt)
+    positive("alpha", alpha, "1/s")
+    fraction("share", share)
+    not_negative("rotor_inertia", rotor_inertia, "kg m^2")
+    if kappa is not None:
+        positive("kappa", kappa, "1/s")
     M = inertia_matrix(robot, q_0)
     motors = range(robot.nv_base, robot.nv)
     M[motors, motors] += rotor_inertia
@@ -80,6 +89,73 @@ def advise_gains(
         delay_margin=delay_margin(chosen, alpha),
         ratio_diagonal=ratio,
     )
+
+
+def advise_for_postures(
+    robot: Robot,
+    contacts: ContactStack,
+    q_0: Array,
+    dt: float,
+    *,
+    alpha: float,
+    kappa: float | None = None,
+    rotor_inertia: float = 0.0,
+) -> GainAdvice:
+    """Suggest one constant `K_d` that a loop of period `dt` [s] survives wherever the arms are.
+
+    With `K_d = kappa M(q_0)` sampled damping is stable while `lambda_max(M(q_0), M(q))` is below
+    `2 / (kappa dt)`. On the way to a stretched arm that eigenvalue grows from 1 to 40 or 200: the
+    loop then flips its torque every tick, however gentle the reference. Here `K_d = kappa H` with
+    the harmonic mean H of M over postures (seeded, uniform within the joint limits; legs as at
+    `q_0` (nq,)), which no posture undercuts by much. `kappa` [1/s] is taken as given, or chosen as
+    half of the bound at the worst of them, which is `kappa_max_rigid`. What is paid: directions
+    that are heavy in most postures are damped less than with M(q_0).
+    Source: Franklin, Powell and Workman 1998 (sampled damping); the mean is our own.
+    Raises: `InputError` for a number that is not finite or has the wrong sign.
+    """
+    require_period(dt)
+    positive("alpha", alpha, "1/s")
+    not_negative("rotor_inertia", rotor_inertia, "kg m^2")
+    if kappa is not None:
+        positive("kappa", kappa, "1/s")
+    stacked = contacts.at(robot.at(q_0))
+    Z = scipy.linalg.null_space(stacked.J_phi) if contacts.size else np.eye(robot.nv)
+    motors = range(robot.nv_base, robot.nv)
+    inertias = [inertia_matrix(robot, q) for q in random_postures(robot, q_0, _POSTURES, seed=0)]
+    for M in inertias:
+        M[motors, motors] += rotor_inertia
+    H = np.linalg.inv(np.mean([np.linalg.inv(M) for M in inertias], axis=0))
+    H = 0.5 * (H + H.T)
+    H_tangent = Z.T @ H @ Z
+    worst = max(_largest(H_tangent, Z.T @ M @ Z) for M in inertias)
+    bound = 2.0 / (dt * worst)
+    chosen = 0.5 * bound if kappa is None else kappa
+    return GainAdvice(
+        K_d=chosen * H,
+        kappa=chosen,
+        kappa_max_rigid=bound,
+        kappa_max_free=2.0 / (dt * _free_gain(robot, contacts, stacked.J_phi, stacked.Q_phi, H)),
+        delay_margin=delay_margin(chosen * worst, alpha),
+        ratio_diagonal=_largest(Z.T @ np.diag(np.diag(H)) @ Z, H_tangent),
+        shape="the mean of M over postures",
+    )
+
+
+def random_postures(robot: Robot, q_0: Array, count: int, *, seed: int) -> list[Array]:
+    """Return configurations (nq,) with the joints that carry no sole anywhere in their limits."""
+    model, rng = robot.model, np.random.default_rng(seed)
+    legs = {
+        joint
+        for sole in robot.soles
+        for joint in model.supports[model.frames[robot.frame_id(sole.frame)].parentJoint]
+    }
+    free = [i for i, name in enumerate(robot.joint_names) if model.getJointId(name) not in legs]
+    postures = []
+    for _ in range(count):
+        q = np.array(q_0, dtype=float)
+        q[[robot.nq_base + i for i in free]] = rng.uniform(robot.q_min[free], robot.q_max[free])
+        postures.append(q)
+    return postures
 
 
 def inertia_matrix(robot: Robot, q: Array) -> Array:
@@ -119,8 +195,10 @@ def advise_for_soft_floor(
     the two do not swing against each other.
     Raises: `InputError` if a time or the reserve is not positive.
     """
-    if not (delay > 0.0 and dt > 0.0 and reserve > 0.0):
-        raise InputError("delay, period and reserve must be positive", given=(delay, dt, reserve))
+    require_period(dt)
+    positive("delay", delay, "s")
+    positive("reserve", reserve)
+    not_negative("k_ip", k_ip, "rad/s^2")
     wanted = reserve * (delay + 1.5 * dt)
     # With alpha proportional to kappa the margin is inversely proportional to kappa.
     kappa = delay_margin(1.0, 0.2) / wanted

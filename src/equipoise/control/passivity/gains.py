@@ -88,3 +88,16 @@ class ControlGains:
                 raise InputError(f"gain K_d must be ({nv}, {nv})", given=K_d.shape)
             return K_d.copy()
         return np.diag(np.broadcast_to(K_d, (nv,)).astype(float))
+
+
+def require_gains(gains: ControlGains, period: float) -> None:
+    """Refuse gains that a loop of a period [s] would overshoot. Raises: `InputError`."""
+    for name in ("alpha", "beta_p", "beta_F", "eta"):
+        rate = getattr(gains, name)
+        if rate * period > 1.0 + 1e-9:
+            raise InputError(
+                f"gain {name} is too fast for the period: {rate:g} 1/s * {period:g} s = "
+                f"{rate * period:.3g} > 1",
+                given=rate,
+                remedy=f"Give at most {1.0 / period:.6g} 1/s, or a shorter period",
+            )

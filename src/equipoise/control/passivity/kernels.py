@@ -17,6 +17,7 @@ from equipoise.contacts.stack import RANK_TOLERANCE
 from equipoise.control.base_wrench.bounded_kernels import bounded_reaction
 from equipoise.control.base_wrench.least import least_reaction, reaction_costs
 from equipoise.control.passivity.manifold_kernels import (
+    INTEGRAL,
     RATE_OF_S_DF,
     S_F,
     S_F0,
@@ -90,6 +91,7 @@ from equipoise.control.passivity.memory import (
     TERMS,
     U_BEFORE,
     V_REF,
+    WAITING,
     S,
     U,
     leading,
@@ -102,6 +104,8 @@ from equipoise.kinematics.manifold import difference, velocity_difference
 from equipoise.kinematics.tree import base_size
 
 RUN, SATURATED, HELD = range(3)  # how a tick went
+
+HELD_BACK = 0.9  # share of an integral's growth that stops while the targets wait for the robot
 
 
 @compiled
@@ -335,6 +339,10 @@ def law_torque(law: Block, J: np.ndarray, rank: int, base: int) -> int:
             held[base + k] = 1.0
         if wanted[k] != tau[k]:
             status = SATURATED
+    if flags[WAITING]:  # who is held back winds up ten times slower; who found a weight still can
+        for i in range(nv):
+            if s_qp[i] * posture[INTEGRAL, i] > 0.0:
+                held[i] = max(held[i], HELD_BACK)
     posture_integrate(
         posture, s_qp, held, gains[PERIOD], gains[BOUND], int(gains[KIND_P]), gains[LAYER_P]
     )

@@ -24,7 +24,7 @@ from equipoise.control.interface import (
     time_of,
     write_vector,
 )
-from equipoise.control.passivity.gains import ControlGains
+from equipoise.control.passivity.gains import ControlGains, require_gains
 from equipoise.control.passivity.kernels import HELD, RUN, SATURATED, law_begin, law_tick
 from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
 from equipoise.control.passivity.memory import (
@@ -41,7 +41,7 @@ from equipoise.kinematics.state import Kinematics, KinematicsMemory
 from equipoise.kinematics.tree import fill_tree, tree_of
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_vector
+from equipoise.spatial.numbers import not_negative, real_vector, require_period
 
 BEGIN, FINISH = 1, 2  # parts of a tick: what Python has to see before the rest stands between
 STATUS = {
@@ -100,8 +100,9 @@ class PassivityController:
         inside: tuple[Workspace, LawProgram, int] | None = None,
     ) -> None:
         require_support(robot, contacts)
-        require_period(dt)
-        self.robot, self.dt, self.filter_time = robot, float(dt), filter_time
+        self.robot, self.dt = robot, require_period(dt)
+        self.filter_time = not_negative("filter_time", filter_time, "s")
+        require_gains(gains, self.dt)
         self._bounds, self._gains = bounds, gains
         if inside is None:
             self._lay_out(contacts)
@@ -169,6 +170,7 @@ class PassivityController:
 
     @gains.setter
     def gains(self, gains: ControlGains) -> None:
+        require_gains(gains, self.dt)
         self.program.tune(self.workspace, gains, self.dt, self.filter_time)
         self._gains = gains
         posture, force = self.posture, self.force
@@ -340,9 +342,3 @@ def require_support(robot: Robot, contacts: ContactStack) -> None:
             known=contacts.rows,
             remedy="Mark at least one contact (a sole) as supporting",
         )
-
-
-def require_period(dt: float) -> None:
-    """Refuse a period that is not finite and positive. Raises: `InputError`."""
-    if not (np.isfinite(dt) and dt > 0.0):
-        raise InputError("the period must be finite and positive [s]", given=dt)

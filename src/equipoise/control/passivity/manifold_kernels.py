@@ -59,10 +59,11 @@ def posture_integrate(
     kind: int,
     layer: float,
 ) -> None:
-    """Advance the bounded integral of sgn, except where it is held."""
+    """Advance the bounded integral of sgn, less the share by which it is held."""
     for i in range(memory.shape[1]):
-        if held[i] == 0.0:
-            advanced = memory[INTEGRAL, i] + dt * soft_sign(s_qp_tangent[i], kind, layer)
+        if held[i] < 1.0:
+            advance = dt * (1.0 - held[i]) * soft_sign(s_qp_tangent[i], kind, layer)
+            advanced = memory[INTEGRAL, i] + advance
             memory[INTEGRAL, i] = min(max(advanced, -bound), bound)
 
 

@@ -27,10 +27,11 @@ GAIN_COUNT = 17
 # entries of `clock`: when posture and force manifold, and the last hand-over, began [s]
 T_POSTURE, T_FORCE, T_HANDOVER = range(3)
 # entries of `flags`: whether the manifolds run, contacts were switched just now, a difference is
-# being handed over, the reaction is being observed; numbers of rows and contacts; the rank
+# being handed over, the reaction is being observed; numbers of rows and contacts; the rank; whether
+# the supporting reactions are bounded; whether the targets wait for the robot
 (STARTED, SWITCHING, HANDING_OVER, OBSERVING, ROW_COUNT, REGULATED_COUNT, SUPPORTING_COUNT,
- SUPPORT_COUNT, RANK, BOUNDED) = range(10)  # fmt: skip
-FLAG_COUNT = 10
+ SUPPORT_COUNT, RANK, BOUNDED, WAITING) = range(11)  # fmt: skip
+FLAG_COUNT = 11
 # what a copy of the memory consists of
 KEPT = ("posture", "force", "u_before", "handover", "reaction", "lam_0", "tau", "clock", "flags")
 

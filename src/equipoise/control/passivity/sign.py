@@ -10,6 +10,7 @@ import numpy as np
 from equipoise.control.passivity.manifold_kernels import SATURATION, SIGN, TANH, sign_of
 from equipoise.errors import InputError
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, positive
 
 SignKind = Literal["sign", "tanh", "saturation"]
 _CODES = {"sign": SIGN, "tanh": TANH, "saturation": SATURATION}
@@ -29,9 +30,8 @@ class SignFunction:
     def __post_init__(self) -> None:
         if self.kind not in _CODES:
             raise InputError("unknown sign function", given=self.kind, known=tuple(_CODES))
-        if self.kind != "sign" and not self.layer > 0.0:
-            raise InputError("the boundary layer must be positive", given=self.layer)
-        object.__setattr__(self, "layer", float(self.layer))
+        check = not_negative if self.kind == "sign" else positive  # a sign has no layer
+        object.__setattr__(self, "layer", check("the boundary layer", self.layer))
 
     @property
     def code(self) -> int:

@@ -37,7 +37,8 @@ class MujocoEngine:
 
     Args: `robot` is the true robot; `pushed` maps a slider to the name of the loose object it
     stands for and the unit vector (3,) along which its travel counts.
-    Raises: `InputError` if mujoco is not installed or cannot be given the world.
+    Raises: `InputError` if mujoco is not installed or cannot be given the world, or for a period
+    that is not positive.
     """
 
     def __init__(

@@ -26,7 +26,7 @@ from equipoise.physics.rigid.kernels import accelerate, look, solve
 from equipoise.physics.rigid.memory import SINGULAR, SLIP, VIOLATION, dynamics_shapes
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_period, real_vector
+from equipoise.spatial.numbers import not_negative, real_period, real_vector
 
 PLACE, ROWS = 1, 2
 _MODES = (PushedObjectMode.FREE, PushedObjectMode.STICK, PushedObjectMode.SLIP)
@@ -52,6 +52,8 @@ class RigidOptions:
             raise InputError(
                 "the physics needs at least one step a control period", given=self.substeps
             )
+        for name in ("position_gain", "velocity_gain", "joint_damping", "proximal"):
+            not_negative(name, getattr(self, name))
 
 
 class RigidContactEngine:

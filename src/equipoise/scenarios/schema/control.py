@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from equipoise.scenarios.schema.base import NotNegative, Positive, Section
 
@@ -20,10 +20,13 @@ class GainsSpec(Section):
     """Gains of the law, with the paper's letters (`equipoise.control.ControlGains` has a table).
 
     `K_d` is `kappa` [1/s] times the nominal inertia matrix at the start, a constant computed
-    once by the gain adviser; `kappa` may be left out, then the adviser chooses it.
+    once by the gain adviser; `kappa` may be left out, then the adviser chooses it. `shape`
+    `postures` takes the mean of that matrix over postures of the arms instead of that at the start:
+    weaker at the start, and stable with a stretched arm too.
     """
 
     kappa: Positive | None = None
+    shape: Literal["start", "postures"] = "start"
     alpha: Positive = 20.0
     beta_p: Positive = 5.0
     k_ip: NotNegative = 5.0
@@ -37,6 +40,29 @@ class GainsSpec(Section):
     integral_max: Positive = 10.0
     handover: Positive = 0.3
     damp_violation: bool = False
+
+
+class GovernorSpec(Section):
+    """The clock of the targets slows while the robot cannot follow (`equipoise.motion.Governor`).
+
+    `way` [m], `turn` [rad] of a frame of the reference behind its target and `posture` [rad] of the
+    robot behind its reference: where slowing begins, where the clock stands. A clamped torque stops
+    it. `fall`, `rise` [s]: from full speed to a stand, and back, at least.
+    """
+
+    way: Annotated[list[Positive], Field(min_length=2, max_length=2)] = [0.01, 0.03]
+    turn: Annotated[list[Positive], Field(min_length=2, max_length=2)] = [0.05, 0.15]
+    posture: Annotated[list[Positive], Field(min_length=2, max_length=2)] = [0.02, 0.1]
+    fall: Positive = 0.1
+    rise: Positive = 0.5
+
+    @model_validator(mode="after")
+    def _ordered(self) -> GovernorSpec:
+        for name in ("way", "turn", "posture"):
+            begins, stops = getattr(self, name)
+            if stops <= begins:
+                raise ValueError(f"{name}: the second number must be larger than the first")
+        return self
 
 
 class ControlSpec(Section):
@@ -54,6 +80,9 @@ class ControlSpec(Section):
 
     `start`: `released`, nothing holds it and the first torque is zero; `standing`, it stands under
     its servos and the law takes over the measured joint torques without a jump.
+
+    `governor`: `{}` slows the clock of the targets while the robot cannot follow; contacts must not
+    come or go then.
     """
 
     period: Annotated[float, Field(gt=0.0, le=0.02)] = 0.001
@@ -65,3 +94,4 @@ class ControlSpec(Section):
     reaction_filter: NotNegative = 0.02
     soft_floor_delay: NotNegative = 0.003
     gains: GainsSpec = GainsSpec()
+    governor: GovernorSpec | None = None

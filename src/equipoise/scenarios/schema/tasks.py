@@ -38,13 +38,27 @@ class HoldFrameSpec(TaskBase):
 
 
 class FramePathSpec(TaskBase):
-    """A frame follows waypoints of its own; with `travel_of` it also goes along with a slider."""
+    """A frame follows waypoints of its own; with `travel_of` it also goes along with a slider.
+
+    `speed` [m/s], `acceleration` [m/s^2], `turn` [rad/s] and `turn_acceleration` [rad/s^2] bound
+    the way: legs that are faster take longer, and it is told. `pull` [m/s] and `pull_turn` [rad/s]
+    are the most that is asked of the frame while it is behind. `damping` asks the joints, on the
+    frame's own level, to stay the more the farther the frame is from its target: for targets that
+    may lie out of reach.
+    """
 
     kind: Literal["frame_path", "frame_way"]
     frame: str
     waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
     travel_of: str | None = None
     rate: Positive = 10.0
+    speed: Positive | None = None
+    acceleration: Positive | None = None
+    turn: Positive | None = None
+    turn_acceleration: Positive | None = None
+    pull: Positive | None = None
+    pull_turn: Positive | None = None
+    damping: NotNegative = 0.0
 
     @model_validator(mode="after")
     def _times_increase(self) -> FramePathSpec:
@@ -76,6 +90,34 @@ class JointLimitsSpec(TaskBase):
     margin: NotNegative = 0.01
     velocity_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.95
     rate: Positive = 5.0
+
+
+class JointAccelerationsSpec(TaskBase):
+    """Joint accelerations within `share` of what the robot can, so that joints stop in time.
+
+    What it can is found once from the nominal robot: the torque that is left beside holding still,
+    over the inertia, and full speed (at most `speed` [rad/s]) after `rise` [s]. `margin`,
+    `velocity_share` and `rate` as those of joint_limits.
+    """
+
+    kind: Literal["joint_accelerations"]
+    share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
+    rise: Positive = 0.5
+    speed: Positive | None = None
+    margin: NotNegative = 0.01
+    velocity_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.95
+    rate: Positive = 5.0
+
+
+class FloorSupportSpec(TaskBase):
+    """The floor only has to push: where it pushes stays `margin` inside the soles' polygon.
+
+    At least `least` of the weight stays on the soles. Less margin than that of com_polygon.
+    """
+
+    kind: Literal["floor_support"]
+    margin: NotNegative = 0.01
+    least: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
 
 
 class GazeSpec(TaskBase):
@@ -122,6 +164,8 @@ TaskSpec = Annotated[
     | HandOnObjectSpec
     | ComPolygonSpec
     | JointLimitsSpec
+    | JointAccelerationsSpec
+    | FloorSupportSpec
     | GazeSpec
     | AvoidanceSpec
     | PostureSpec,

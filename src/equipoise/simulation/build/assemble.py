@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from equipoise.control import GainAdvice, ReactionBounds, advise_gains
+from equipoise.control import GainAdvice, ReactionBounds, advise_for_postures, advise_gains
 from equipoise.control.kinds import controller_maker
 from equipoise.errors import NameNotFoundError
 from equipoise.hqp import make_solver
-from equipoise.motion import solve_posture
+from equipoise.motion import Governor, solve_posture
 from equipoise.physics import PhysicsEngine
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path
@@ -17,7 +17,12 @@ from equipoise.simulation.build.engines import make_engine
 from equipoise.simulation.build.fades import build_fades
 from equipoise.simulation.build.forces import wanted_forces
 from equipoise.simulation.build.gains import gains_of, to_control_gains
-from equipoise.simulation.build.levels import APPROACH_TIME, build_levels, build_start_levels
+from equipoise.simulation.build.levels import (
+    APPROACH_TIME,
+    build_levels,
+    build_start_levels,
+    tell_slowed,
+)
 from equipoise.simulation.build.setup import Setup, build_setup
 from equipoise.simulation.robot_interface import SimulatedRobot
 from equipoise.spatial import Array
@@ -29,7 +34,8 @@ from equipoise.wbc import ControlSettings, NewController, WholeBodyController
 class Assembly:
     """Everything of one run, put together.
 
-    `q_start` (nq,) is the starting posture, `advice` what the gain adviser said.
+    `q_start` (nq,) is the starting posture, `advice` what the gain adviser said, `told` what was
+    told before the run.
     """
 
     scenario: schema.Scenario
@@ -39,6 +45,7 @@ class Assembly:
     advice: GainAdvice
     controller: WholeBodyController
     plant: SimulatedRobot
+    told: tuple[str, ...] = ()
 
     @property
     def engine(self) -> PhysicsEngine:
@@ -53,6 +60,7 @@ def assemble(scenario: schema.Scenario) -> Assembly:
     """
     setup = build_setup(scenario)
     check_waypoints(scenario, setup)
+    told = tell_slowed(scenario)
     levels = build_levels(scenario, setup)
     q_start = starting_posture(scenario, setup)
     check_contacts(setup, q_start, setup.reference_schedule.at(0.0))
@@ -71,7 +79,7 @@ def assemble(scenario: schema.Scenario) -> Assembly:
     plant = SimulatedRobot(scenario, setup.robot, setup.contacts, engine)
     if scenario.control.start == "standing":
         controller.take_over(engine.stand())
-    return Assembly(scenario, setup, levels, q_start, advice, controller, plant)
+    return Assembly(scenario, setup, levels, q_start, advice, controller, plant, told)
 
 
 def _controller(
@@ -89,7 +97,10 @@ def _controller(
 
 
 def starting_posture(scenario: schema.Scenario, setup: Setup) -> Array:
-    """Return the configuration (nq,) at time 0. Raises: `PostureNotFoundError`."""
+    """Return the configuration (nq,) at time 0. Raises: `PostureNotFoundError`.
+
+    Found by our own solver, whichever one then runs: what is compared begins at one place.
+    """
     q, t_from = setup.robot.q_half_sitting, -APPROACH_TIME
     for with_avoidance in (False, True):
         levels = build_start_levels(scenario, setup, with_avoidance=with_avoidance)
@@ -97,7 +108,7 @@ def starting_posture(scenario: schema.Scenario, setup: Setup) -> Array:
         q = solve_posture(
             setup.robot,
             levels,
-            make_solver(scenario.control.solver),
+            make_solver("active_set"),
             q,
             t_from=t_from,
             must_hold=must_hold if with_avoidance else (),
@@ -110,7 +121,8 @@ def starting_posture(scenario: schema.Scenario, setup: Setup) -> Array:
 def advise(scenario: schema.Scenario, setup: Setup, q_start: Array) -> GainAdvice:
     """Return what the gain adviser says about the nominal robot at `q_start` (nq,)."""
     gains, physics = gains_of(scenario), scenario.physics
-    return advise_gains(
+    look = advise_for_postures if gains.shape == "postures" else advise_gains
+    return look(
         setup.robot,
         setup.contacts,
         q_start,
@@ -130,4 +142,12 @@ def control_settings(scenario: schema.Scenario, advice: GainAdvice) -> ControlSe
         bounds=ReactionBounds() if control.distribution == "bounded" else None,
         filter_time=control.reaction_filter,
         solver=control.solver,
+        governor=_governor(control.governor),
     )
+
+
+def _governor(spec: schema.GovernorSpec | None) -> Governor | None:
+    if spec is None:
+        return None
+    pairs = ((spec.way[0], spec.way[1]), (spec.turn[0], spec.turn[1]))
+    return Governor(*pairs, (spec.posture[0], spec.posture[1]), spec.fall, spec.rise)

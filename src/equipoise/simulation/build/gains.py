@@ -24,7 +24,7 @@ def gains_of(scenario: schema.Scenario) -> schema.GainsSpec:
 
 def to_control_gains(spec: schema.GainsSpec, advice: GainAdvice) -> ControlGains:
     """Return the gains of the law with the adviser's `K_d`."""
-    values = spec.model_dump(exclude={"kappa", "sgn_p", "sgn_F"})
+    values = spec.model_dump(exclude={"kappa", "shape", "sgn_p", "sgn_F"})
     return ControlGains(
         K_d=advice.K_d,
         sgn_p=SignFunction(spec.sgn_p.kind, spec.sgn_p.layer),

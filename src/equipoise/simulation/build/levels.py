@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pinocchio as pin
 
-from equipoise.errors import InputError, NameNotFoundError, ScenarioError
+from equipoise.contacts import PointContact, SoleContact, SupportPolygon
+from equipoise.errors import AdviceWarning, InputError, NameNotFoundError, ScenarioError
+from equipoise.motion import advise_accelerations
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, frame_of
 from equipoise.simulation.build.fades import build_fades, contact_tasks
@@ -18,8 +22,10 @@ from equipoise.tasks import (
     AvoidanceTask,
     ComPolygonTask,
     ContactTask,
+    FloorSupportTask,
     FramePoseTask,
     GazeTask,
+    JointAccelerationsTask,
     JointLimitsTask,
     PostureTask,
     Task,
@@ -27,10 +33,13 @@ from equipoise.tasks import (
 from equipoise.trajectories import (
     AttachedTrajectory,
     FixedPose,
+    MotionLimits,
     PoseTrajectory,
+    SlowedLeg,
     TravelTrajectory,
     Waypoint,
     WaypointTrajectory,
+    slow_down,
 )
 
 APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
@@ -57,6 +66,8 @@ def build_start_levels(
     for name, spec in _enabled(scenario):
         if isinstance(spec, schema.AvoidanceSpec) and not with_avoidance:
             continue
+        if isinstance(spec, schema.JointAccelerationsSpec | schema.FloorSupportSpec):
+            continue  # how fast, not where
         if name in fades and fades[name].weight(0.0) == 0.0:
             continue
         if isinstance(spec, schema.HandOnObjectSpec | schema.FramePathSpec):
@@ -107,13 +118,53 @@ def _frame_path(
     name: str, spec: schema.FramePathSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
     frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
-    path: PoseTrajectory = to_waypoints(spec.waypoints)
+    path: PoseTrajectory = WaypointTrajectory(slowed_way(spec)[0])
     if spec.travel_of is not None:
         check_target(setup, spec.travel_of, f"tasks.{name}.travel_of")
         target = setup.targets[spec.travel_of]
         if isinstance(target, TravelTrajectory):
             path = replace(target, body=path)
-    return FramePoseTask(name, frame, path, rate=spec.rate)
+    return FramePoseTask(
+        name,
+        frame,
+        path,
+        rate=spec.rate,
+        speed=np.inf if spec.pull is None else spec.pull,
+        turn=np.inf if spec.pull_turn is None else spec.pull_turn,
+        damping=spec.damping,
+        robot=setup.robot,
+    )
+
+
+def slowed_way(spec: schema.FramePathSpec) -> tuple[tuple[Waypoint, ...], tuple[SlowedLeg, ...]]:
+    """Return the waypoints of a frame at times that keep its limits, and the legs that take longer.
+
+    Raises: `InputError`.
+    """
+    given = {
+        name: value
+        for name in ("speed", "acceleration", "turn", "turn_acceleration")
+        if (value := getattr(spec, name)) is not None
+    }
+    return slow_down(to_waypoints(spec.waypoints).waypoints, MotionLimits(**given))
+
+
+def tell_slowed(scenario: schema.Scenario) -> tuple[str, ...]:
+    """Warn of ways that take longer than they were written, and return the sentences."""
+    told = []
+    for _, spec in _enabled(scenario):
+        if not isinstance(spec, schema.FramePathSpec):
+            continue
+        way, slowed = slowed_way(spec)
+        told += [leg.sentence(spec.frame) for leg in slowed]
+        if slowed and way[-1].t > scenario.duration:
+            told.append(
+                f"the run ends at {scenario.duration:g} s, the way of {spec.frame} only at "
+                f"{way[-1].t:.3g} s"
+            )
+    for sentence in told:
+        warnings.warn(sentence, AdviceWarning, stacklevel=2)
+    return tuple(told)
 
 
 def _approach(task: FramePoseTask, setup: Setup) -> Task:
@@ -127,13 +178,59 @@ def _approach(task: FramePoseTask, setup: Setup) -> Task:
 def _com_polygon(
     name: str, spec: schema.ComPolygonSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
+    return ComPolygonTask(name, _polygon(name, setup), margin=spec.margin, rate=spec.rate)
+
+
+def _polygon(name: str, setup: Setup) -> SupportPolygon:
+    """Return the support polygon. Raises: `ScenarioError` for a base that nothing carries."""
     if setup.polygon is None:
         raise ScenarioError(
             f"the base of {setup.robot.name} is fixed: there is no support polygon",
             path=f"tasks.{name}",
             remedy="Leave the task out",
         )
-    return ComPolygonTask(name, setup.polygon, margin=spec.margin, rate=spec.rate)
+    return setup.polygon
+
+
+def _joint_accelerations(
+    name: str, spec: schema.JointAccelerationsSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    robot = setup.robot
+    fastest = np.inf if spec.speed is None else spec.speed
+    advice = advise_accelerations(
+        robot, robot.q_half_sitting, share=spec.share, rise=spec.rise, speed=fastest
+    )
+    return JointAccelerationsTask(
+        name,
+        robot,
+        advice.bound,
+        scenario.control.period,
+        margin=spec.margin,
+        velocity_share=spec.velocity_share,
+        rate=spec.rate,
+    )
+
+
+def _floor_support(
+    name: str, spec: schema.FloorSupportSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    polygon = _polygon(name, setup)
+    heights = [
+        contact.T_world_anchor.translation[2]
+        if isinstance(contact, SoleContact)
+        else contact.p_world[2]
+        for contact in setup.soles.contacts
+        if isinstance(contact, SoleContact | PointContact)
+    ]
+    return FloorSupportTask(
+        name,
+        setup.robot,
+        polygon,
+        scenario.control.period,
+        height=float(min(heights)),
+        margin=spec.margin,
+        least=spec.least,
+    )
 
 
 def _joint_limits(
@@ -196,6 +293,8 @@ _BUILDERS: dict[type, Callable[..., Task]] = {
     schema.HandOnObjectSpec: _hand_on_object,
     schema.ComPolygonSpec: _com_polygon,
     schema.JointLimitsSpec: _joint_limits,
+    schema.JointAccelerationsSpec: _joint_accelerations,
+    schema.FloorSupportSpec: _floor_support,
     schema.GazeSpec: _gaze,
     schema.AvoidanceSpec: _avoidance,
     schema.PostureSpec: _posture,

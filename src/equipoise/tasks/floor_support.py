@@ -1,0 +1,138 @@
+"""A floor that can only push: the momentum may change only as it allows, an inequality an edge."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from equipoise.compiled import compiled, scratch
+from equipoise.compiled.workspace import integers, vector
+from equipoise.contacts import SupportPolygon
+from equipoise.hqp import Block, Hierarchy, RowDescription
+from equipoise.kinematics import Kinematics
+from equipoise.kinematics.kernels import COM, MOMENTUM_RATE, VELOCITY
+from equipoise.kinematics.momentum import last_column, momentum_column, weigh_turning
+from equipoise.kinematics.tree import BELOW, FIRST_V
+from equipoise.robots import Robot
+from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, require_period, share
+from equipoise.tasks.alone import alone_of
+from equipoise.tasks.base import KernelTask
+from equipoise.tasks.com_polygon import GRAVITY
+from equipoise.tasks.view import FLOOR_SUPPORT, TaskView
+
+# entries of the numbers; from EDGES on three an edge
+HEIGHT, PERIOD, SCALE, LEAST, EDGES = range(5)
+
+
+@compiled
+def support_rows(task: TaskView) -> None:
+    """Write for each edge that the floor's moment about it, and so its push, stays inward."""
+    numbers, A, at = task.numbers, task.A, task.at
+    v, rate = vector(task.state, VELOCITY), vector(task.state, MOMENTUM_RATE)
+    first_v, mass = integers(task.tree, FIRST_V), vector(task.tree, BELOW)[0]
+    weight = GRAVITY * mass
+    weigh_turning(task.tree, task.state)
+    height, dt, scale = numbers[HEIGHT], numbers[PERIOD], numbers[SCALE]
+    count, nv, p = (numbers.shape[0] - EDGES) // 3, v.shape[0], scratch(6)
+    for i in range(count + 1):
+        task.lower[at + i], task.upper[at + i] = 0.0, np.inf
+    for j in range(1, first_v.shape[0]):
+        for c in range(first_v[j], last_column(task.tree, j, nv)):
+            momentum_column(task.tree, task.state, j, c, p)
+            Lx, Ly = p[3] + height * p[1], p[4] - height * p[0]
+            for i in range(count):
+                n = numbers[EDGES + 3 * i : EDGES + 3 * i + 3]
+                value = scale * (n[2] * p[2] + n[0] * Ly - n[1] * Lx)
+                A[at + i, c] = value
+                task.lower[at + i] += value * v[c]
+            A[at + count, c] = p[2] / mass
+            task.lower[at + count] += p[2] / mass * v[c]
+    com = vector(task.state, COM)
+    Mx = rate[3] + height * rate[1] + weight * com[1]
+    My = rate[4] - height * rate[0] - weight * com[0]
+    for i in range(count):
+        n = numbers[EDGES + 3 * i : EDGES + 3 * i + 3]
+        push = n[2] * (rate[2] + weight) + n[0] * My - n[1] * Mx
+        task.lower[at + i] -= dt * scale * push
+    task.lower[at + count] -= dt * (rate[2] / mass + (1.0 - numbers[LEAST]) * GRAVITY)
+
+
+class FloorSupportTask(KernelTask):
+    """Let the momentum change only as a floor can make it, which pushes and never pulls.
+
+    For each edge of the polygon moved in by `margin` [m], with outward normal n and offset o, the
+    floor's vertical forces satisfy `sum f_z (o - n . x) >= 0`: where the point of zero moment is.
+    By Newton and Euler that sum is linear in dv/dt, and with `dv = v - v_before` over a `period`
+    [s] it is a row in v. Mass, centre and angular momentum are those of the nominal robot; the
+    floor is at the `height` [m]. The row is divided by the weight's moment arm, m times the height
+    of the centre of mass at half-sitting, so that it is a velocity [m/s]. One more row keeps the
+    whole push above `least` times the weight: who is in free fall has no point of zero moment.
+    It bounds how the centre of mass may speed up, `ComPolygonTask` where it may be: its margin has
+    to be the larger one, or nothing is left to brake with.
+    Source: Vukobratovic and Borovac 2004 for the point of zero moment; Orin, Goswami and Lee 2013
+    for the centroidal momentum.
+    Raises: `InputError`.
+    """
+
+    row_unit = "m/s"
+    kind = FLOOR_SUPPORT
+    rate = 0.0
+    alone = staticmethod(alone_of("support", support_rows))
+
+    def __init__(
+        self,
+        name: str,
+        robot: Robot,
+        polygon: SupportPolygon,
+        period: float,
+        *,
+        height: float = 0.0,
+        margin: float = 0.01,
+        least: float = 0.3,
+    ) -> None:
+        super().__init__(name)
+        self.polygon, self.period = polygon, require_period(period)
+        self.height = float(height)
+        self.margin = not_negative(f"the margin of task {name!r}", margin, "m")
+        self.least = share(f"the least push of task {name!r}", least)
+        self.scale = 1.0 / (robot.mass * (robot.at(robot.q_half_sitting).p_world_com[2] - height))
+        self._labels = (*(f"edge{i}" for i in range(len(polygon.offsets))), "push")
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """One edge a row, and the whole push."""
+        return self._labels
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Metres."""
+        return ("m",) * len(self._labels)
+
+    @property
+    def numbers(self) -> Array:
+        """Height, period, scale and least push, then normal (2) and moved offset of each edge."""
+        edges = np.column_stack((self.polygon.normals, self.polygon.offsets - self.margin))
+        return np.concatenate(([self.height, self.period, self.scale, self.least], edges.ravel()))
+
+    def error(self, kin: Kinematics, t: float) -> Array:
+        """Return how far [m] the centre of mass is beyond each edge: there a floor cannot hold it.
+
+        Where it is beyond none, standing still is always allowed.
+        """
+        inside = self.polygon.offsets - self.margin - self.polygon.normals @ kin.p_world_com[:2]
+        return np.maximum(0.0, np.append(-inside, 0.0))
+
+    def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
+        """Return what a person calls each row."""
+        return tuple(
+            RowDescription.both(
+                "the weight that has to stay on the soles"
+                if label == "push"
+                else f"the floor's push inside {label} of the soles",
+                "m/s",
+                math.nan,
+            )
+            for label in block.labels
+        )

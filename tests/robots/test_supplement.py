@@ -161,7 +161,7 @@ def test_a_check_sends_to_the_yaml_that_was_given(tmp_path: Path) -> None:
     place = stranger(tmp_path, "palms: [{name: left_palm, frame: left_palm}]\n")
     findings = [str(finding) for finding in check_urdf(place)]
     yaml = next(place.glob("*.yaml")) if place.is_dir() else place
-    assert f"List the soles in {yaml.name}, or say base: fixed there." in " ".join(findings)
+    assert f"List the soles in {yaml.name}, or" in " ".join(findings)
     yaml.write_text(yaml.read_text(encoding="utf-8") + "locked: {LARM_JOINT33: 0.0}\n")
     (refused,) = check_urdf(place)
     assert str(refused).endswith("?")

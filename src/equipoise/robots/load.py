@@ -94,7 +94,8 @@ def _built(source: Source, described: Described) -> Robot:
     q = half_sitting_configuration(model, posture, soles, feet)
     raise_errors(source.urdf, check_model(model, q))
     if not (soles or feet) and described.base is FLOATING:
-        remedy = f"List the soles (or feet) in {source.yaml.name}, or say base: fixed there"
+        ways = "or feet that are points, or say base: fixed there"
+        remedy = f"List the soles in {source.yaml.name}, {ways}"
         described.findings.append(
             Finding(WARNING, "robot", "no soles: it cannot stand", remedy=remedy)
         )

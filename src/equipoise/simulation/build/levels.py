@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import SoleContact, SupportPolygon
+from equipoise.contacts import PointContact, SoleContact, SupportPolygon
 from equipoise.errors import AdviceWarning, InputError, NameNotFoundError, ScenarioError
 from equipoise.motion import advise_accelerations
 from equipoise.scenarios import schema
@@ -185,12 +185,11 @@ def _approach(task: FramePoseTask, setup: Setup) -> Task:
 def _com_polygon(
     name: str, spec: schema.ComPolygonSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
-    polygon = _polygon(name, setup)
-    return ComPolygonTask(name, polygon, margin=spec.margin, rate=spec.rate)
+    return ComPolygonTask(name, _polygon(name, setup), margin=spec.margin, rate=spec.rate)
 
 
 def _polygon(name: str, setup: Setup) -> SupportPolygon:
-    """Return the support polygon that a task needs. Raises: `ScenarioError`."""
+    """Return the support polygon. Raises: `ScenarioError` for a base that nothing carries."""
     if setup.polygon is None:
         raise ScenarioError(
             f"the base of {setup.robot.name} is fixed: there is no support polygon",
@@ -222,20 +221,18 @@ def _joint_accelerations(
 def _floor_support(
     name: str, spec: schema.FloorSupportSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
+    polygon = _polygon(name, setup)
     heights = [
         contact.T_world_anchor.translation[2]
-        for contact in setup.contacts.contacts
         if isinstance(contact, SoleContact)
+        else contact.p_world[2]
+        for contact in setup.soles.contacts
+        if isinstance(contact, SoleContact | PointContact)
     ]
-    if not heights:
-        raise ScenarioError(
-            "no sole stands on a floor that could push", path=f"tasks.{name}",
-            remedy="Leave the task out; feet that are points are not treated by it",
-        )  # fmt: skip
     return FloorSupportTask(
         name,
         setup.robot,
-        _polygon(name, setup),
+        polygon,
         scenario.control.period,
         height=float(min(heights)),
         margin=spec.margin,

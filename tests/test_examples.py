@@ -54,7 +54,7 @@ def test_strict_priorities(example, capsys):
     assert np.linalg.norm(errors["right_palm"][:3]) < 0.005
     assert np.linalg.norm(errors["left_palm"][:3]) > 0.02
     assert max(step.solution.slack[:3]) < 1e-9
-    # the stretched arm leaves the posture a direction that the hand blocks to 1e-10: see hierarchy.md
+    # the stretched arm leaves the posture a direction that the hand blocks to 1e-10: hierarchy.md
     above_posture = step.solution.certificate(step.hierarchy).levels[:4]
     assert all(level.excess <= 1e-6 * level.scale for level in above_posture)
     assert "left_palm" in capsys.readouterr().out

@@ -157,3 +157,17 @@ def test_delay_margin_against_a_simulated_loop(factor):
         q += h * v
         past.append((q, v))
     assert (abs(q) < 1.0) == (factor < 1.0)
+
+
+def test_rotors_are_given_as_one_number_or_one_a_joint(hrp2):
+    stack = ContactStack(sole_contacts(hrp2, hrp2.q_half_sitting))
+
+    def advised(inertia):
+        return advise_gains(
+            hrp2, stack, hrp2.q_half_sitting, 1e-3, alpha=20.0, kappa=100.0, rotor_inertia=inertia
+        ).K_d
+
+    assert np.array_equal(advised(0.02), advised(np.full(hrp2.na, 0.02)))
+    for wrong in (-0.1, np.nan, np.full(hrp2.na, -0.1), np.zeros(3)):
+        with pytest.raises(InputError):
+            advised(wrong)

@@ -11,7 +11,7 @@ import scipy.linalg
 from equipoise.contacts import ContactStack
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import not_negative, positive, require_period
+from equipoise.spatial.numbers import not_negative, positive, real_vector, require_period
 from equipoise.spatial.numbers import share as fraction
 
 _POSTURES = 200
@@ -68,12 +68,12 @@ def advise_gains(
     require_period(dt)
     positive("alpha", alpha, "1/s")
     fraction("share", share)
-    not_negative("rotor_inertia", rotor_inertia, "kg m^2")
+    rotors = rotors_of(robot, rotor_inertia)
     if kappa is not None:
         positive("kappa", kappa, "1/s")
     M = inertia_matrix(robot, q_0)
     motors = range(robot.nv_base, robot.nv)
-    M[motors, motors] += rotor_inertia
+    M[motors, motors] += rotors
     stacked = contacts.at(robot.at(q_0))
     Z = scipy.linalg.null_space(stacked.J_phi) if contacts.size else np.eye(robot.nv)
     M_tangent = Z.T @ M @ Z
@@ -99,7 +99,7 @@ def advise_for_postures(
     *,
     alpha: float,
     kappa: float | None = None,
-    rotor_inertia: float = 0.0,
+    rotor_inertia: float | Array = 0.0,
 ) -> GainAdvice:
     """Suggest one constant `K_d` that a loop of period `dt` [s] survives wherever the arms are.
 
@@ -115,7 +115,7 @@ def advise_for_postures(
     """
     require_period(dt)
     positive("alpha", alpha, "1/s")
-    not_negative("rotor_inertia", rotor_inertia, "kg m^2")
+    rotors = rotors_of(robot, rotor_inertia)
     if kappa is not None:
         positive("kappa", kappa, "1/s")
     stacked = contacts.at(robot.at(q_0))
@@ -123,7 +123,7 @@ def advise_for_postures(
     motors = range(robot.nv_base, robot.nv)
     inertias = [inertia_matrix(robot, q) for q in random_postures(robot, q_0, _POSTURES, seed=0)]
     for M in inertias:
-        M[motors, motors] += rotor_inertia
+        M[motors, motors] += rotors
     H = np.linalg.inv(np.mean([np.linalg.inv(M) for M in inertias], axis=0))
     H = 0.5 * (H + H.T)
     H_tangent = Z.T @ H @ Z
@@ -156,6 +156,19 @@ def random_postures(robot: Robot, q_0: Array, count: int, *, seed: int) -> list[
         q[[robot.nq_base + i for i in free]] = rng.uniform(robot.q_min[free], robot.q_max[free])
         postures.append(q)
     return postures
+
+
+def rotors_of(robot: Robot, inertia: float | Array) -> Array:
+    """Return the rotor inertia (na,) [kg m^2] of every joint, given as one number or as (na,).
+
+    Raises: `ShapeError`, `NonFiniteError`, `InputError` for a negative one.
+    """
+    if np.ndim(inertia) == 0:
+        inertia = np.full(robot.na, not_negative("rotor_inertia", inertia, "kg m^2"))
+    rotors = real_vector("rotor_inertia", inertia, robot.na)
+    for name, one in zip(robot.joint_names, rotors, strict=True):
+        not_negative(f"the rotor inertia of {name}", one, "kg m^2")
+    return rotors
 
 
 def inertia_matrix(robot: Robot, q: Array) -> Array:

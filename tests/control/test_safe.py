@@ -166,3 +166,26 @@ def test_a_hold_goes_on_from_its_state_with_the_same_bits():
         b = other.step(0.3 + k * 1e-3, blind_q, blind_v, lam)
         assert np.array_equal(a.tau, b.tau)
         assert a.mode is Mode.SAFE
+
+
+@pytest.mark.parametrize("name", ["hrp2", "g1"])
+def test_a_loop_that_writes_into_one_array_is_held_where_it_was(name):
+    """The same arrays every tick, the torque scaled in place; then the base is lost in them."""
+    simulation = press(name, "rigid", "duration=0.2")
+    controller, engine = simulation.controller, simulation.engine
+    q, v = np.empty(simulation.robot.nq), np.empty(simulation.robot.nv)
+    lam = np.zeros(controller.contacts.size)
+    state, tau = engine.state, np.zeros(simulation.robot.na)
+    for k in range(150):
+        q[:], v[:] = state.q, state.v
+        if k >= 100:
+            q[:7], v[:6] = np.nan, np.nan
+        command = controller.step(k * 1e-3, q, v, lam)
+        tau[:] = command.tau
+        assert np.isfinite(tau).all()
+        lam[:] = simulation.plant.multipliers(simulation.plant.read(state), controller.contacts)
+        command.tau[:] *= 1e6
+        state = engine.step(tau)
+    assert controller.supervisor.mode is Mode.SAFE
+    assert "sinking" not in " ".join(controller.story)
+    assert state.q[2] > 0.98 * simulation.assembly.q_start[2]

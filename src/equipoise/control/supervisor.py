@@ -144,15 +144,19 @@ class Supervisor:
         command = self._try_law(t, measured, reference) if runs else None
         if command is None:
             command = self._make_safe(t, measured)
-        self._tau = command.tau
+        self._tau = command.tau.copy()
         return command
 
     def saw(self, t: float, measured: Measurement, tau: Array) -> None:
-        """Note a complete measurement on which the law ran without anybody else's help."""
-        self._last, self._lost_since, self._tau = measured, None, tau
+        """Note a complete measurement on which the law ran without anybody else's help.
+
+        Copied: a loop may write every measurement into one array, and scale a torque in place.
+        """
+        self._last, self._lost_since = _copied(measured), None
+        self._tau = tau.copy()
         self._contacts = self.controller.contacts
         if t >= self._note_at:
-            self._note(t, tau)
+            self._note(t, self._tau)
 
     def _note(self, t: float, tau: Array) -> None:
         """Remember a torque that carries the robot."""
@@ -219,7 +223,7 @@ class Supervisor:
             self._go_safe(t, "the law gave no finite torque", lost=False)
             return None
         if not lost and t >= self._note_at:
-            self._note(t, command.tau)
+            self._note(t, command.tau.copy())
         return command
 
     def _completed(
@@ -467,6 +471,10 @@ def _unnamed(tau: Array, nv: int, contacts: ContactStack) -> Command:
     return Command(
         tau, ControlStatus.HELD, nothing, np.zeros(contacts.supporting_rows.size), nothing
     )
+
+
+def _copied(measured: Measurement) -> Measurement:
+    return Measurement(measured.q.copy(), measured.v.copy(), measured.lam.copy())
 
 
 def _finite(*arrays: Array) -> bool:

@@ -21,6 +21,7 @@ def _m(equation: str, file: str, before: str, after: str, group: str) -> Mutatio
 
 
 LAW, MANIFOLDS = "control/passivity/kernels.py", "control/passivity/manifold_kernels.py"
+NEAREST = "control/passivity/nearest_kernels.py"
 RIGID, FACTOR = "physics/rigid/kernels.py", "contacts/factor.py"
 FRAME_POSE, RECURSION = "tasks/frame_pose.py", "hqp/solvers/recursion.py"
 COORDINATES = "spatial/coordinates.py"
@@ -82,11 +83,20 @@ MUTATIONS = (
     _m("(19) reference sign", DYNAMICS, "return self.M @ a_r + (self.C + self.D) @ v_r",
        "return self.M @ a_r - (self.C + self.D) @ v_r", "dynamics"),
     _m("(20), (22a) alpha", MANIFOLDS, "= dv[i] + alpha * dq[i]", "= dv[i] - alpha * dq[i]", "law"),
-    _m("(21) force part sign", LAW, "s[i] -= gains[BETA] * lifted[i]",
-       "s[i] += gains[BETA] * lifted[i]", "law"),
-    _m("(21) force part dropped", LAW, "s[i] -= gains[BETA] * lifted[i]", "s[i] -= 0.0", "law"),
-    _m("(21) projection dropped", LAW, "project(reflectors, rank, posture[S_RP], s)",
-       "s[:] = posture[S_RP]", "law"),
+    _m("(21) force part sign", LAW, "-= gains[BETA] * force", "+= gains[BETA] * force", "law"),
+    _m("(21) force part dropped", LAW, "-= gains[BETA] * force", "-= 0.0 * force", "law"),
+    _m("(21) projection dropped", LAW, "project(reflectors, rank, x, out)\n    lift",
+       "copy(x, out)\n    lift", "law"),
+    _m("N: lift sign", NEAREST, "total = wanted[i]", "total = -wanted[i]", "metric"),
+    _m("N: projection dropped", NEAREST, "total -= J[i, c] * x[c]", "total -= 0.0 * x[c]",
+       "metric"),
+    _m("N: metric of the rows", NEAREST, "seen[i, c] += along * unroot[k, c]",
+       "seen[i, c] += along * unroot[c, k]", "metric"),
+    _m("N: metric of the answer", NEAREST, "total += unroot[i, c] * z[c]",
+       "total += unroot[c, i] * z[c]", "metric"),
+    _m("N: root", "control/passivity/nearest.py", "np.linalg.cholesky(K[::-1, ::-1])[::-1, ::-1]",
+       "np.linalg.cholesky(K)", "metric"),
+    _m("N: supports", LAW, "total += J[row, c] * dv[c]", "total -= J[row, c] * dv[c]", "metric"),
     _m("(22b) growth", MANIFOLDS, "math.exp(-beta_p", "math.exp(beta_p", "promises"),
     _m("(22c) dropped", MANIFOLDS, " - memory[S_P0, i] * forgotten", "", "promises"),
     _m("(22d) sign", MANIFOLDS, "memory[S_QP, i] + k_ip", "memory[S_QP, i] - k_ip", "law"),

@@ -27,9 +27,10 @@ from equipoise.control.passivity.gain_advice import (
     advise_for_soft_floor,
     advise_gains,
 )
-from equipoise.control.passivity.gains import ControlGains
+from equipoise.control.passivity.gains import ControlGains, Projector
 from equipoise.control.passivity.law import PassivityController
 from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
+from equipoise.control.passivity.nearest import NearestVelocity
 from equipoise.control.passivity.sign import SignFunction
 from equipoise.control.supervisor import Mode, ModeChange, Supervisor, SupervisorLimits
 from equipoise.renamed import old_names_of
@@ -48,8 +49,10 @@ __all__ = [
     "Measurement",
     "Mode",
     "ModeChange",
+    "NearestVelocity",
     "PassivityController",
     "PostureManifold",
+    "Projector",
     "ReactionBounds",
     "ReactionObserver",
     "Reference",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from equipoise.errors import NameNotFoundError
-from equipoise.verify import dynamics, geometry, law, motion, promises
+from equipoise.verify import dynamics, geometry, law, metric, motion, promises
 from equipoise.verify.evidence import Evidence
 from equipoise.verify.row import Check, Measured, Verdict
 
@@ -15,6 +15,7 @@ GROUPS: dict[str, tuple[Check, ...]] = {
     "dynamics": dynamics.CHECKS,
     "law": law.CHECKS,
     "promises": promises.CHECKS,
+    "metric": metric.CHECKS,
 }
 
 __all__ = ["GROUPS", "Check", "Evidence", "Measured", "Verdict", "verify"]

@@ -11,7 +11,7 @@ import pinocchio as pin
 from equipoise.contacts import Contact, ContactStack, PointContact, SurfaceContact
 from equipoise.contacts.moving import MotionSample, MovingSurfaceContact, SurfaceMotion
 from equipoise.contacts.surfaces import Cylinder, Ellipsoid, Plane, Sphere, Surface, Torus
-from equipoise.control import SignFunction
+from equipoise.control import Projector, SignFunction
 from equipoise.hqp import Solution, make_solver
 from equipoise.hqp.hierarchy import Hierarchy
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
@@ -72,11 +72,16 @@ class TrayStep(NamedTuple):
 
 
 class Evidence:
-    """Robot, contacts and runs; `seed` fixes every random state."""
+    """Robot, contacts and runs under a projector of the law; `seed` fixes every random state."""
 
-    def __init__(self, seed: int = 0) -> None:
-        self.seed = seed
+    def __init__(self, seed: int = 0, projector: Projector = "euclidean") -> None:
+        self.seed, self.projector = seed, projector
         self._runs: dict[float, RecordedRun] = {}
+
+    @cached_property
+    def in_metric(self) -> Evidence:
+        """The same under the projector that is orthogonal in K_d."""
+        return Evidence(self.seed, "damping")
 
     @cached_property
     def robot(self) -> Robot:
@@ -150,6 +155,7 @@ class Evidence:
                     dt=dt,
                     duration=RUN_TIME,
                     gains={
+                        "projector": self.projector,
                         "k_ip": 20.0,
                         "sgn_p": SignFunction("saturation", 0.1),
                         "sgn_F": SignFunction("saturation", 0.5),
@@ -175,7 +181,11 @@ class Evidence:
             Plan(
                 dt=dt,
                 duration=0.5,
-                gains={"k_ip": 50.0, "sgn_p": SignFunction("saturation", 0.1)},
+                gains={
+                    "projector": self.projector,
+                    "k_ip": 50.0,
+                    "sgn_p": SignFunction("saturation", 0.1),
+                },
                 kappa=KICK_KAPPA,
                 kicks={begin: at_rest.project(blow)},
                 keep_from=begin,

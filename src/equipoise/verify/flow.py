@@ -90,7 +90,7 @@ def nominal_reference(
     law: PassivityController,
     s_rF: Array,
 ) -> Array:
-    """Return the nominal reference `v_r` (nv,), with numpy's pseudo-inverse.
+    """Return the nominal reference `v_r` (nv,), with numpy's inverses.
 
     Source: eq. (20). Differs from the print: v_ref is carried to the actual base axes, and what
     the velocity itself violates (`J^+ J v`, zero on a rigid contact at rest, the speed of the
@@ -98,7 +98,7 @@ def nominal_reference(
     """
     gains, posture = run.gains, law.posture
     J = run.contacts.jacobian(run.robot.at(q, v, t))
-    J_pinv = np.linalg.pinv(J)
+    J_pinv = run.right_inverse(J)
     dq = pin.difference(run.robot.model, reference.q_ref, q)
     s_dp = posture.s_p0 * np.exp(-gains.beta_p * (t - posture.t0))
     wanted = velocity_transport(q, reference.q_ref, reference.v_ref) - gains.alpha * dq + s_dp

@@ -36,7 +36,7 @@ def _extended_error(evidence: Evidence) -> Measured:
     rows = run.contacts.regulated_rows
     for sample in run.samples[::20]:
         J = run.contacts.jacobian(run.kinematics(sample))
-        J_pinv, s_rF = np.linalg.pinv(J), np.zeros(len(J))
+        J_pinv, s_rF = run.right_inverse(J), np.zeros(len(J))
         s_rF[rows] = sample.after.force.s_rF
         s_rp = sample.after.posture.s_rp
         expected = s_rp - J_pinv @ (J @ s_rp) - J_pinv @ (run.gains.beta * s_rF)
@@ -53,16 +53,16 @@ def _posture_manifold(evidence: Evidence) -> Measured:
     for sample in run.samples:
         state, reference = sample.measured, sample.reference
         dq = pin.difference(run.robot.model, reference.q_ref, state.q)
-        s_p = state.v - _carried(run.robot, reference, state.q) + gains.alpha * dq
+        s_p = state.v - carried(run.robot, reference, state.q) + gains.alpha * dq
         s_qp = s_p - s_p0 * np.exp(-gains.beta_p * sample.t)
         errors.append(sample.after.posture.s_rp - (s_qp + gains.k_ip * integral))
         J = run.contacts.jacobian(run.kinematics(sample))
-        tangent = s_qp - np.linalg.pinv(J) @ (J @ s_qp)
+        tangent = run.tangent(J, s_qp)
         integral = integral + run.dt * np.clip(tangent / gains.sgn_p.layer, -1.0, 1.0)
     return Measured(worst(errors), f"{len(run.samples)} ticks, sgn as a saturation")
 
 
-def _carried(robot: Robot, reference: Reference, q: Array) -> Array:
+def carried(robot: Robot, reference: Reference, q: Array) -> Array:
     """Return v_ref with its base twist as seen from the base at `q`, by action matrices."""
     of_q, of_v = slice(robot.nq_base), slice(robot.nv_base)
     base, base_ref = pin.XYZQUATToSE3(q[of_q]), pin.XYZQUATToSE3(reference.q_ref[of_q])

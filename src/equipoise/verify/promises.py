@@ -45,6 +45,7 @@ def _posture_deviation(evidence: Evidence, alpha: float, beta_p: float, dt: floa
             dt=dt,
             duration=0.35,
             gains={
+                "projector": evidence.projector,
                 "alpha": alpha,
                 "beta_p": beta_p,
                 "k_ip": 20.0,
@@ -90,6 +91,7 @@ def _force_deviation(evidence: Evidence, beta_F: float, s_F0: float, dt: float) 
             dt=dt,
             duration=0.55,
             gains={
+                "projector": evidence.projector,
                 "k_ip": 20.0,
                 "sgn_p": SignFunction("saturation", 0.1),
                 "sgn_F": SignFunction("saturation", 0.5),
@@ -133,8 +135,8 @@ def _sliding(evidence: Evidence) -> Measured:
     largest, checked, excused = -np.inf, 0, 0
     for sample in run.samples:
         rate = rates(run, sample)
-        stacked = run.contacts.at(run.kinematics(sample))
-        s_q = stacked.project(sample.after.posture.s_qp)
+        J = run.contacts.jacobian(run.kinematics(sample))
+        s_q = run.tangent(J, sample.after.posture.s_qp)
         slope, demand = rate.s_qp, rate.s_rp
         outside = np.abs(s_q) > run.gains.sgn_p.layer
         able = np.abs(demand) < run.gains.k_ip
@@ -152,8 +154,8 @@ def _reaching(evidence: Evidence) -> Measured:
     run = evidence.kicked_run()
     gains, delta, first = run.gains, 0.0, None
     for sample in run.samples:
-        stacked = run.contacts.at(run.kinematics(sample))
-        s_q = stacked.project(sample.after.posture.s_qp)
+        J = run.contacts.jacobian(run.kinematics(sample))
+        s_q = run.tangent(J, sample.after.posture.s_qp)
         size = float(np.abs(s_q).max())
         first = (sample.t, size) if first is None else first
         if size <= gains.sgn_p.layer:
@@ -172,9 +174,8 @@ def _delta(evidence: Evidence) -> Measured:
     early, late, sizes = 0.0, 0.0, 0.0
     for index in evidence.spread_samples(1e-3, 80):
         sample = run.samples[index]
-        size = float(
-            np.abs(run.contacts.at(run.kinematics(sample)).project(rates(run, sample).s_rp)).max()
-        )
+        J = run.contacts.jacobian(run.kinematics(sample))
+        size = float(np.abs(run.tangent(J, rates(run, sample).s_rp)).max())
         if sample.t < 0.2:
             early = max(early, size)
         else:

@@ -95,6 +95,21 @@ class RecordedRun:
         """The damping matrix of the law (nv, nv)."""
         return self.gains.damping_matrix(self.robot.nv)
 
+    def right_inverse(self, J: Array) -> Array:
+        """Return the inverse (nv, r) of `J` (r, nv) that goes with the law's projector, by numpy.
+
+        `J^+`, or `K^-1 J^T (J K^-1 J^T)^-1` with K = K_d.
+        """
+        if self.gains.projector == "euclidean":
+            return np.asarray(np.linalg.pinv(J), dtype=float)
+        eased = np.linalg.solve(self.K_d, J.T)
+        inverse = np.linalg.pinv(J @ eased, hermitian=True)
+        return eased @ inverse
+
+    def tangent(self, J: Array, x: Array) -> Array:
+        """Return the part of `x` (nv,) that no row of `J` sees, by the same projector."""
+        return x - self.right_inverse(J) @ (J @ x)
+
     def kinematics(self, sample: Sample) -> Kinematics:
         """Return the kinematics of the measured state of a sample."""
         state = sample.measured

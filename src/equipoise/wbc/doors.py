@@ -10,6 +10,7 @@ import numpy as np
 from equipoise.contacts import Contact, ContactStack
 from equipoise.control import (
     ControlGains,
+    Projector,
     ReactionBounds,
     SignFunction,
     advise_for_soft_floor,
@@ -38,11 +39,11 @@ class LoopSettings:
     """What a loop is like, as far as gains and bounds depend on it.
 
     `period` [s] between two ticks. `delay` [s] between measurement and torque that has to be
-    survived on contacts that give: the adviser makes the gains so slow that they bear six times as
-    much; 0 means rigid contacts. `rotor_inertia` [kg m^2] of the joints behind their gears, one or
-    (na,): where it is not small, the gains need it. `friction` of the feet; `margin` [m] that the
-    centre of mass keeps to the edge of the feet; `observer` [s], how slowly the measured reaction
-    is followed.
+    survived on contacts that give: the adviser makes the gains so slow that they bear three times
+    as much; 0 means rigid contacts. `rotor_inertia` [kg m^2] of the joints behind their gears, one
+    or (na,): where it is not small, the gains need it. `friction` of the feet; `margin` [m] that
+    the centre of mass keeps to the edge of the feet; `observer` [s], how slowly the measured
+    reaction is followed.
     Raises: `InputError`.
     """
 
@@ -137,8 +138,10 @@ def gains_for(robot: Robot, contacts: ContactStack, q: Array, loop: LoopSettings
     if np.ndim(loop.rotor_inertia) and np.shape(loop.rotor_inertia) != (robot.na,):
         raise ShapeError("the rotor inertia of a loop", np.shape(loop.rotor_inertia), (robot.na,))
     alpha, layer, kappa = RIGID_ALPHA, RIGID_LAYER, None
+    projector: Projector = "euclidean"
     if loop.delay > 0.0:
-        soft = advise_for_soft_floor(loop.delay, loop.period, K_IP)
+        projector = "damping"
+        soft = advise_for_soft_floor(loop.delay, loop.period, K_IP, projector=projector)
         alpha, layer, kappa = soft.alpha, soft.layer, soft.kappa
     advice = advise_gains(
         robot, contacts, q, loop.period,
@@ -151,6 +154,7 @@ def gains_for(robot: Robot, contacts: ContactStack, q: Array, loop: LoopSettings
         sgn_p=SignFunction("saturation", layer),
         sgn_F=SignFunction("saturation", FORCE_LAYER),
         damp_violation=loop.delay > 0.0,
+        projector=projector,
     )
 
 

@@ -129,10 +129,8 @@ class BoundsProgram:
         what: list[str] = []
         for sole in soles:
             found = bounds_of(sole, self.bounds)
-            cost = sum(sole.reaction_costs())
             columns = slice(column, column + sole.size)
-            own.cost[columns] = cost
-            rows.A[row : row + len(found.b), columns] = found.A / cost
+            own.sides[row - base : row - base + len(found.b), columns] = found.A
             rows.lower[row : row + len(found.b)] = found.b
             rows.first[row : row + len(found.b)] = columns.start
             rows.last[row : row + len(found.b)] = columns.stop
@@ -141,7 +139,7 @@ class BoundsProgram:
         own.numbers[WARN], own.numbers[LANDED] = self.bounds.warn, SETTLED
 
     def _clear(self, own: Part, rows: Part, search: Part, base: int) -> None:
-        own.cost[:], own.near_since[:] = 1.0, np.inf
+        own.sides[:], own.near_since[:] = 0.0, np.inf
         rows.A[:], rows.lower[:], rows.upper[:] = 0.0, -np.inf, np.inf
         rows.ends[:] = base, len(rows.lower)
         rows.first[:], rows.last[:], rows.single[:] = 0, self.unknowns, -1
@@ -161,7 +159,7 @@ class BoundsProgram:
 @entrance
 def bounded_alone(
     floats: np.ndarray, whole: np.ndarray, tables: np.ndarray, J: np.ndarray,
-    supporting: np.ndarray, u: np.ndarray, without: np.ndarray, F: np.ndarray,
+    supporting: np.ndarray, u: np.ndarray, costs: np.ndarray, without: np.ndarray, F: np.ndarray,
 ) -> None:  # fmt: skip
     """Share out one wrench within bounds, called from Python."""
     bounds, rows, search = (
@@ -169,7 +167,7 @@ def bounded_alone(
         part_of(floats, whole, tables, 1),
         part_of(floats, whole, tables, 2),
     )
-    bounded_reaction(bounds, rows, search, J, supporting, u, without, u.shape[0], 0.0, F)
+    bounded_reaction(bounds, rows, search, J, supporting, u, costs, without, u.shape[0], 0.0, F)
 
 
 class BoundedDistribution:
@@ -187,15 +185,21 @@ class BoundedDistribution:
         self._workspace = Workspace(self._program.shapes(), stages=[SOLVE])
         self._program.fill(self._workspace, self.soles, BASE)
 
-    def __call__(self, u_base: Array, J_base: Array, lam_0: Array) -> Distribution:
+    def __call__(
+        self, u_base: Array, J_base: Array, lam_0: Array, costs: Array | None = None
+    ) -> Distribution:
         """Return the distribution of `u_base` (6,) over the rows of `J_base` (k, 6).
 
-        `lam_0` (k,) is the reaction that would act with F = 0.
+        `lam_0` (k,) is the reaction that would act with F = 0; `costs` (k,) > 0 of each component,
+        by default those of equal loads.
         """
+        if costs is None:
+            costs = np.concatenate([sum(sole.reaction_costs()) for sole in self.soles])
         F, workspace = np.empty(len(lam_0)), self._workspace
         blocks = workspace.floats, workspace.integers, workspace.tables
         J, without = np.ascontiguousarray(J_base, dtype=float), np.array(lam_0, dtype=float)
-        bounded_alone(*blocks, J, np.arange(len(F)), np.array(u_base, dtype=float), without, F)
+        u, c = np.array(u_base, dtype=float), np.array(costs, dtype=float)
+        bounded_alone(*blocks, J, np.arange(len(F)), u, c, without, F)
         own = workspace.parts["bounds"]
         predicted = own.predicted.copy()
         return Distribution(

@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from equipoise.compiled import compiled
-from equipoise.compiled.workspace import Arrays, Block, Shape, matrix, vector
-from equipoise.hqp.solvers.active_set.memory import A_ROWS, LOWER, UPPER, V
+from equipoise.compiled.workspace import Arrays, Block, Shape, integers, matrix, vector
+from equipoise.hqp.solvers.active_set.memory import A_ROWS, FIRST, LAST, LOWER, UPPER, V
 from equipoise.hqp.solvers.active_set.solve import solve_there
 
-BOUNDS = Arrays(("cost", "near_since", "predicted", "numbers"))
-COST, NEAR_SINCE, PREDICTED, NUMBERS = range(len(BOUNDS.names))
+BOUNDS = Arrays(("sides", "near_since", "predicted", "numbers"))
+SIDES, NEAR_SINCE, PREDICTED, NUMBERS = range(len(BOUNDS.names))
 # entries of `numbers`: how near [N] to a bound is told, from when on [s], and of the last tick the
 # largest violation of a bound [N] and whether the hierarchy was solved
 WARN, LANDED, SLACK, STATUS = range(4)
@@ -23,36 +23,39 @@ WORK_LIMIT = 200
 
 
 def bounds_shapes(rows: int, unknowns: int) -> list[tuple[str, Shape, bool]]:
-    """Return the arrays: `near_since` [rows] is when a bound was first nearly met, or infinite."""
-    return BOUNDS.shapes(cost=unknowns, near_since=max(rows, 1), predicted=unknowns, numbers=4)
+    """Return the arrays: the bounds are `sides lam >= lower` of `rows`, without the base's.
+
+    `near_since` [rows] is when a bound was first nearly met, or infinite.
+    """
+    m = max(rows, 1)
+    return BOUNDS.shapes(sides=(m, unknowns), near_since=m, predicted=unknowns, numbers=4)
 
 
 @compiled
 def bounded_reaction(
     bounds: Block, rows: Block, search: Block, J: np.ndarray, supporting: np.ndarray, u: np.ndarray,
-    without: np.ndarray, base: int, t: float, F: np.ndarray,
+    costs: np.ndarray, without: np.ndarray, base: int, t: float, F: np.ndarray,
 ) -> None:  # fmt: skip
     """Write the reaction F [k] within bounds that carries the first `base` entries of u.
 
-    The rows 0..base-1 of `rows` are written here; those after them are the bounds, for good.
+    Where no bound is met it is that of `least_reaction` at the same `costs` [k].
     """
-    A, lower, upper, cost = (
-        matrix(rows, A_ROWS),
-        vector(rows, LOWER),
-        vector(rows, UPPER),
-        vector(bounds, COST),
-    )
+    A, lower, upper = matrix(rows, A_ROWS), vector(rows, LOWER), vector(rows, UPPER)
+    sides, first, last = matrix(bounds, SIDES), integers(rows, FIRST), integers(rows, LAST)
     predicted, numbers, count = vector(bounds, PREDICTED), vector(bounds, NUMBERS), F.shape[0]
     for i in range(base):
         lower[i] = u[i]
         for k in range(count):
-            A[i, k] = J[supporting[k], i] / cost[k]
+            A[i, k] = J[supporting[k], i] / costs[k]
             lower[i] += J[supporting[k], i] * without[k]
         upper[i] = lower[i]
+    for i in range(base, lower.shape[0]):
+        for k in range(first[i], last[i]):
+            A[i, k] = sides[i - base, k] / costs[k]
     numbers[STATUS] = solve_there(rows, search, WORK_LIMIT)
     y = vector(search, V)
     for k in range(count):
-        predicted[k] = y[k] / cost[k]
+        predicted[k] = y[k] / costs[k]
         F[k] = predicted[k] - without[k]
     watch(bounds, A, lower, y, base, t)
 

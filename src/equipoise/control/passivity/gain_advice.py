@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,12 +10,17 @@ import pinocchio as pin
 import scipy.linalg
 
 from equipoise.contacts import ContactStack
+from equipoise.contacts.stack import StackedContacts
+from equipoise.control.passivity.gains import Projector
+from equipoise.control.passivity.nearest import NearestVelocity
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, positive, real_vector, require_period
 from equipoise.spatial.numbers import share as fraction
 
 _POSTURES = 200
+# of the dead time that the posture loop survives on a floor that gives
+RESERVES: dict[Projector, float] = {"euclidean": 6.0, "damping": 3.0}
 
 
 @dataclass(frozen=True)
@@ -22,27 +28,28 @@ class GainAdvice:
     """A constant `K_d = kappa M(q_0)` and how far it is from the edge.
 
     `kappa_max_rigid` [1/s]: sampled damping `v <- v - dt M^-1 K_d v` on the tangent space of rigid
-    contacts is stable below it (2/dt for K_d proportional to M). `kappa_max_free` [1/s]: the same
-    with the supporting contacts gone, for the torque that really reaches the joints after the
-    base wrench was handed over and Q_phi applied; a soft contact lies between the two.
+    contacts is stable below it (2/dt for K_d proportional to M). `kappa_max_free` [1/s], by
+    projector: the same with the supporting contacts gone, for the torque that really reaches the
+    joints after the base wrench was handed over; a soft contact lies between the two.
     `delay_margin` [s]: delay that the loop of damping and stiffness survives on rigid contacts.
     """
 
     K_d: Array
     kappa: float
     kappa_max_rigid: float
-    kappa_max_free: float
+    kappa_max_free: Mapping[str, float]
     delay_margin: float
     ratio_diagonal: float
     shape: str = "M(q_0)"
 
     def sentences(self) -> tuple[str, ...]:
         """Return the advice in words, one sentence a line."""
-        share = 100.0 * self.kappa / self.kappa_max_rigid
+        share, free = 100.0 * self.kappa / self.kappa_max_rigid, self.kappa_max_free
         return (
             f"K_d = {self.kappa:g} {self.shape}: {share:.0f} % of the bound "
             f"{self.kappa_max_rigid:.0f} 1/s on rigid contacts.",
-            f"With the supporting contacts gone the bound is {self.kappa_max_free:.1f} 1/s.",
+            f"With the supporting contacts gone it is {free['euclidean']:.1f} 1/s with the "
+            f"projector as printed, {free['damping']:.0f} 1/s with that of K_d.",
             f"A delay of up to {1e3 * self.delay_margin:.1f} ms leaves the loop stable.",
             f"A diagonal K_d would have to be {self.ratio_diagonal:.0f} times smaller.",
         )
@@ -85,7 +92,7 @@ def advise_gains(
         K_d=chosen * M,
         kappa=chosen,
         kappa_max_rigid=bound,
-        kappa_max_free=2.0 / (dt * _free_gain(robot, contacts, stacked.J_phi, stacked.Q_phi, M)),
+        kappa_max_free=_free_bounds(robot, stacked, M, dt),
         delay_margin=delay_margin(chosen, alpha),
         ratio_diagonal=ratio,
     )
@@ -134,7 +141,7 @@ def advise_for_postures(
         K_d=chosen * H,
         kappa=chosen,
         kappa_max_rigid=bound,
-        kappa_max_free=2.0 / (dt * _free_gain(robot, contacts, stacked.J_phi, stacked.Q_phi, H)),
+        kappa_max_free=_free_bounds(robot, stacked, H, dt),
         delay_margin=delay_margin(chosen * worst, alpha),
         ratio_diagonal=_largest(Z.T @ np.diag(np.diag(H)) @ Z, H_tangent),
         shape="the mean of M over postures",
@@ -198,10 +205,17 @@ class SoftFloorGains:
 
 
 def advise_for_soft_floor(
-    delay: float, dt: float, k_ip: float, *, reserve: float = 6.0
+    delay: float,
+    dt: float,
+    k_ip: float,
+    *,
+    projector: Projector = "euclidean",
+    reserve: float | None = None,
 ) -> SoftFloorGains:
     """Choose the posture loop so slow that it survives `reserve` times the loop's dead time.
 
+    With the projector that is orthogonal in K_d the floor takes no part in that loop, and a
+    reserve of three is left out of it by default; with the Euclidean one it does: six.
     The dead time is `delay` [s] and one and a half periods `dt` [s] of sampling and holding.
     Damping is five times as fast as the posture (`alpha = kappa / 5`), and the integral inside
     the boundary layer at most half as fast as the damping (`k_ip / layer = kappa / 2`), so that
@@ -210,7 +224,7 @@ def advise_for_soft_floor(
     """
     require_period(dt)
     positive("delay", delay, "s")
-    positive("reserve", reserve)
+    reserve = RESERVES[projector] if reserve is None else positive("reserve", reserve)
     not_negative("k_ip", k_ip, "rad/s^2")
     wanted = reserve * (delay + 1.5 * dt)
     # With alpha proportional to kappa the margin is inversely proportional to kappa.
@@ -218,18 +232,24 @@ def advise_for_soft_floor(
     return SoftFloorGains(kappa, kappa / 5.0, max(2.0 * k_ip / kappa, 1e-3))
 
 
-def _free_gain(robot: Robot, contacts: ContactStack, J_phi: Array, Q_phi: Array, M: Array) -> float:
-    """Return the largest |eigenvalue| of `M^-1 P K Q_phi`, K = M, with the feet free.
+def _free_bounds(robot: Robot, stacked: StackedContacts, M: Array, dt: float) -> dict[str, float]:
+    """Return by projector the kappa [1/s] below which `K_d = kappa M` is stable, the feet free."""
+    P = handed_over(stacked.J_phi[stacked.stack.supporting_rows], robot.nv_base)
+    kept = {"euclidean": stacked.Q_phi, "damping": NearestVelocity(stacked.J_phi, M).N}
+    gains = {name: np.linalg.eigvals(np.linalg.solve(M, P @ M @ Q)) for name, Q in kept.items()}
+    return {name: 2.0 / (dt * float(np.abs(gain).max())) for name, gain in gains.items()}
 
-    P maps u to the generalised force that remains when its base rows were handed to the feet.
+
+def handed_over(J_r: Array, base: int) -> Array:
+    """Return P (nv, nv), which leaves of u what remains when the feet carry its `base` rows.
+
+    `J_r` (k, nv) are the rows of the supporting contacts.
     """
-    J_r = J_phi[contacts.supporting_rows]
-    base = robot.nv_base
-    P = np.eye(robot.nv)
+    P = np.eye(J_r.shape[1])
     if base:
         P[:, :base] -= J_r.T @ np.linalg.pinv(J_r[:, :base].T)
         P[:base] = 0.0
-    return float(np.abs(np.linalg.eigvals(np.linalg.solve(M, P @ M @ Q_phi))).max())
+    return P
 
 
 def _largest(K: Array, M: Array) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from equipoise.control.passivity.sign import SignFunction
 from equipoise.errors import InputError
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_array, real_number
+
+Projector = Literal["euclidean", "damping"]
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,8 @@ class ControlGains:
     | `sgn_p`, `sgn_F` | | sign functions of the two integrals |
     | `integral_max` | s | bound on each integral of sgn_p: it carries at most this times K_d k_ip |
     | `handover` | s | how fast the difference fades that a change of contacts would make |
-    | `damp_violation` | | add `(I - Q_phi) dv` to s: zero on a rigid contact, steadies a soft one |
+    | `damp_violation` | | add to s what violates contacts: zero on rigid ones, steadies soft ones |
+    | `projector` | | `euclidean`: Q_phi as printed; `damping`: orthogonal in K_d, see docs/law |
 
     `K_d` may be a scalar, a vector (nv,) or a symmetric positive definite matrix (nv, nv).
     """
@@ -49,6 +53,7 @@ class ControlGains:
     integral_max: float = 10.0
     handover: float = 0.3
     damp_violation: bool = False
+    projector: Projector = "euclidean"
 
     def __post_init__(self) -> None:
         for name in ("alpha", "beta_p", "beta", "beta_F", "mu", "eta", "integral_max", "handover"):
@@ -58,6 +63,10 @@ class ControlGains:
             if not (np.isfinite(value) and value >= 0.0):
                 raise InputError(f"gain {name} must be finite and not negative", given=value)
             object.__setattr__(self, name, float(value))
+        if self.projector not in get_args(Projector):
+            raise InputError(
+                "no such projector", given=self.projector, known=list(get_args(Projector))
+            )
         K_d = real_array("gain K_d", self.K_d, None, finite=False)
         if not np.isfinite(K_d).all():
             raise InputError("gain K_d holds a NaN or an infinity")

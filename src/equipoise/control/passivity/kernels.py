@@ -52,6 +52,7 @@ from equipoise.control.passivity.memory import (
     GAINS,
     HANDING_OVER,
     HANDOVER,
+    IN_METRIC,
     J_PHI,
     K_D,
     K_IF,
@@ -90,6 +91,7 @@ from equipoise.control.passivity.memory import (
     TAU_MAX,
     TERMS,
     U_BEFORE,
+    UNROOT,
     V_REF,
     WAITING,
     S,
@@ -99,6 +101,7 @@ from equipoise.control.passivity.memory import (
     leading_whole,
     packed,
 )
+from equipoise.control.passivity.nearest_kernels import factorise_in_metric, move_to_nearest
 from equipoise.kinematics.kernels import VELOCITY, Q, is_finite, place_frames, place_joints
 from equipoise.kinematics.manifold import difference, velocity_difference
 from equipoise.kinematics.tree import base_size
@@ -212,9 +215,8 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
     """
     flags, gains, clock = integers(law, FLAGS), vector(law, GAINS), vector(law, CLOCK)
     r, count = flags[ROW_COUNT], flags[REGULATED_COUNT]
-    L, reflectors = leading_rows(law, L_FACTOR, r), leading_rows(law, REFLECTORS, r)
-    pivots, regulated = leading_whole(law, PIVOTS, r), leading_whole(law, REGULATED, count)
-    rank = factorise(J, L, reflectors, pivots, RANK_TOLERANCE)
+    regulated = leading_whole(law, REGULATED, count)
+    rank = factorise_rows(law, J)
     dq, dv, s, u = vector(law, DQ), vector(law, DV), vector(law, S), vector(law, U)
     posture, force = matrix(law, POSTURE), packed(law, FORCE, 6, count)
     difference(tree, vector(law, Q_REF), vector(state, Q), dq)
@@ -230,18 +232,18 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
             force[S_F0, i] = force[S_F, i]
     posture_update(posture, dq, dv, t - clock[T_POSTURE], gains[ALPHA], gains[BETA_P], gains[K_IP])
     force_update(force, t - clock[T_FORCE], gains[BETA_F], gains[K_IF])
-    s_rF, lifted = scratch(r), scratch(nv)
-    s_rF[:] = 0.0
+    wanted = scratch(r)  # J s
+    wanted[:] = 0.0
+    if gains[IN_METRIC] != 0.0 and gains[DAMP_VIOLATION] != 0.0:
+        violated_by_supports(law, J, dv, wanted)
     for i in range(count):
-        s_rF[regulated[i]] = force[S_RF, i]
-    project(reflectors, rank, posture[S_RP], s)
-    lift(L, reflectors, pivots, rank, s_rF, lifted)
-    for i in range(nv):
-        s[i] -= gains[BETA] * lifted[i]
-    if gains[DAMP_VIOLATION] != 0.0:
-        project(reflectors, rank, dv, lifted)
+        wanted[regulated[i]] -= gains[BETA] * force[S_RF, i]
+    split(law, J, rank, posture[S_RP], wanted, s)
+    if gains[IN_METRIC] == 0.0 and gains[DAMP_VIOLATION] != 0.0:
+        tangent = scratch(nv)
+        keep_contacts(law, J, rank, dv, tangent)
         for i in range(nv):
-            s[i] += dv[i] - lifted[i]
+            s[i] += dv[i] - tangent[i]
     K_d, lam_ref = matrix(law, K_D), vector(law, LAM_REF)
     for i in range(nv):
         total = 0.0
@@ -259,6 +261,65 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
             u[k] += J[regulated[i], k] * along
     hand_over(law, t)
     return rank
+
+
+@compiled
+def factorise_rows(law: Block, J: np.ndarray) -> int:
+    """Factorise the contact rows J [r, nv] for the law's projector; return the rank."""
+    r = J.shape[0]
+    L, reflectors = leading_rows(law, L_FACTOR, r), leading_rows(law, REFLECTORS, r)
+    pivots = leading_whole(law, PIVOTS, r)
+    if vector(law, GAINS)[IN_METRIC] != 0.0:
+        return factorise_in_metric(J, matrix(law, UNROOT), L, reflectors, pivots, RANK_TOLERANCE)
+    return factorise(J, L, reflectors, pivots, RANK_TOLERANCE)
+
+
+@compiled
+def split(
+    law: Block, J: np.ndarray, rank: int, x: np.ndarray, wanted: np.ndarray, out: np.ndarray
+) -> None:
+    """Write to `out` [nv] the part of x that violates no contact, plus a lift of `wanted` [r].
+
+    Euclidean: `Q_phi x + J^+ wanted`; in the metric of K_d: `N x + J^# wanted`.
+    """
+    r, nv = J.shape
+    L, reflectors = leading_rows(law, L_FACTOR, r), leading_rows(law, REFLECTORS, r)
+    pivots = leading_whole(law, PIVOTS, r)
+    if vector(law, GAINS)[IN_METRIC] != 0.0:
+        copy(x, out)
+        move_to_nearest(J, matrix(law, UNROOT), L, reflectors, pivots, rank, wanted, out)
+        return
+    lifted = scratch(nv)
+    project(reflectors, rank, x, out)
+    lift(L, reflectors, pivots, rank, wanted, lifted)
+    for i in range(nv):
+        out[i] += lifted[i]
+
+
+@compiled
+def keep_contacts(law: Block, J: np.ndarray, rank: int, x: np.ndarray, out: np.ndarray) -> None:
+    """Write to `out` [nv] the part of x that violates no contact."""
+    if vector(law, GAINS)[IN_METRIC] == 0.0:
+        project(leading_rows(law, REFLECTORS, J.shape[0]), rank, x, out)
+        return
+    nothing = scratch(J.shape[0])
+    nothing[:] = 0.0
+    split(law, J, rank, x, nothing, out)
+
+
+@compiled
+def violated_by_supports(law: Block, J: np.ndarray, dv: np.ndarray, out: np.ndarray) -> None:
+    """Write `J dv` of the supporting rows to `out` [r].
+
+    Not of the regulated rows: their velocity error is noise of the force there.
+    """
+    count = integers(law, FLAGS)[SUPPORTING_COUNT]
+    supporting = leading_whole(law, SUPPORTING, count)
+    for i in range(count):
+        row, total = supporting[i], 0.0
+        for c in range(J.shape[1]):
+            total += J[row, c] * dv[c]
+        out[row] = total
 
 
 @compiled
@@ -290,14 +351,15 @@ def share_base_wrench(
         without[i] = lam[supporting[i]] - F[i]
     if base == 0:
         F[:] = 0.0
-    elif flags[BOUNDED]:
-        bounded_reaction(bounds, rows, search, J, supporting, u, without, base, t, F)
+        return
+    supports = flags[SUPPORT_COUNT]
+    reaction_costs(
+        lam, leading_whole(law, NORMAL_ROWS, supports), leading_whole(law, ENDS, supports),
+        packed(law, TERMS, 2, count), costs,
+    )  # fmt: skip
+    if flags[BOUNDED]:
+        bounded_reaction(bounds, rows, search, J, supporting, u, costs, without, base, t, F)
     else:
-        supports = flags[SUPPORT_COUNT]
-        reaction_costs(
-            lam, leading_whole(law, NORMAL_ROWS, supports), leading_whole(law, ENDS, supports),
-            packed(law, TERMS, 2, count), costs,
-        )  # fmt: skip
         least_reaction(J, supporting, u, costs, without, base, F)
 
 
@@ -309,9 +371,7 @@ def law_torque(law: Block, J: np.ndarray, rank: int, base: int) -> int:
     is not finite nothing is written and HELD returned.
     """
     flags, gains = integers(law, FLAGS), vector(law, GAINS)
-    r, count, supporting_count = (
-        flags[ROW_COUNT], flags[REGULATED_COUNT], flags[SUPPORTING_COUNT]
-    )  # fmt: skip
+    count, supporting_count = flags[REGULATED_COUNT], flags[SUPPORTING_COUNT]
     regulated = leading_whole(law, REGULATED, count)
     supporting = leading_whole(law, SUPPORTING, supporting_count)
     u, tau, tau_max = vector(law, U), vector(law, TAU), vector(law, TAU_MAX)
@@ -328,7 +388,7 @@ def law_torque(law: Block, J: np.ndarray, rank: int, base: int) -> int:
     posture, force = matrix(law, POSTURE), packed(law, FORCE, 6, count)
     s_qp, held = scratch(nv), scratch(nv)
     held[:] = 0.0
-    project(leading_rows(law, REFLECTORS, r), rank, posture[S_QP], s_qp)
+    keep_contacts(law, J, rank, posture[S_QP], s_qp)
     status = RUN
     for k in range(na):
         tau[k] = min(max(wanted[k], -tau_max[k]), tau_max[k])

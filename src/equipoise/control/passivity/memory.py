@@ -10,20 +10,20 @@ from equipoise.compiled import inlined
 from equipoise.compiled.workspace import Arrays, Block, Shape, matrix_at, vector_at
 
 LAW = Arrays(
-    ("J", "L", "reflectors", "K_d", "tau_max", "gains", "posture", "force", "lam", "lam_ref",
-     "q_ref", "v_ref", "dq", "dv", "s", "u", "u_before", "handover", "reaction", "lam_0", "costs",
-     "terms", "tau", "clock", "pivots", "at", "regulated", "supporting", "normal_rows", "ends",
-     "flags"),
+    ("J", "L", "reflectors", "K_d", "unroot", "tau_max", "gains", "posture", "force", "lam",
+     "lam_ref", "q_ref", "v_ref", "dq", "dv", "s", "u", "u_before", "handover", "reaction", "lam_0",
+     "costs", "terms", "tau", "clock", "pivots", "at", "regulated", "supporting", "normal_rows",
+     "ends", "flags"),
     frozenset({"pivots", "at", "regulated", "supporting", "normal_rows", "ends", "flags"}),
 )  # fmt: skip
-(J_PHI, L_FACTOR, REFLECTORS, K_D, TAU_MAX, GAINS, POSTURE, FORCE, LAM, LAM_REF, Q_REF, V_REF, DQ,
- DV, S, U, U_BEFORE, HANDOVER, REACTION, LAM_0, COSTS, TERMS, TAU, CLOCK, PIVOTS, AT, REGULATED,
- SUPPORTING, NORMAL_ROWS, ENDS, FLAGS) = range(len(LAW.names))  # fmt: skip
+(J_PHI, L_FACTOR, REFLECTORS, K_D, UNROOT, TAU_MAX, GAINS, POSTURE, FORCE, LAM, LAM_REF, Q_REF,
+ V_REF, DQ, DV, S, U, U_BEFORE, HANDOVER, REACTION, LAM_0, COSTS, TERMS, TAU, CLOCK, PIVOTS, AT,
+ REGULATED, SUPPORTING, NORMAL_ROWS, ENDS, FLAGS) = range(len(LAW.names))  # fmt: skip
 
 # entries of `gains`
 (ALPHA, BETA_P, K_IP, BOUND, KIND_P, LAYER_P, BETA_F, K_IF, KIND_F, LAYER_F, BETA, MU, ETA, FADE,
- DAMP_VIOLATION, PERIOD, OBSERVER) = range(17)  # fmt: skip
-GAIN_COUNT = 17
+ DAMP_VIOLATION, PERIOD, OBSERVER, IN_METRIC) = range(18)  # fmt: skip
+GAIN_COUNT = 18
 # entries of `clock`: when posture and force manifold, and the last hand-over, began [s]
 T_POSTURE, T_FORCE, T_HANDOVER = range(3)
 # entries of `flags`: whether the manifolds run, contacts were switched just now, a difference is
@@ -55,11 +55,11 @@ def law_shapes(sizes: LawSizes) -> list[tuple[str, Shape, bool]]:
     r, k = max(sizes.rows, 1), max(sizes.regulated, 1)
     f, n = max(sizes.supporting, 1), max(sizes.supports, 1)
     return LAW.shapes(
-        J=(r, nv), L=(r, nv), reflectors=(r, nv), K_d=(nv, nv), tau_max=na, gains=GAIN_COUNT,
-        posture=(5, nv), force=(6, k), lam=r, lam_ref=k, q_ref=nq, v_ref=nv, dq=nv, dv=nv, s=nv,
-        u=nv, u_before=nv, handover=nv, reaction=f, lam_0=f, costs=f, terms=(2, f), tau=na, clock=3,
-        pivots=r, at=max(sizes.contacts, 1), regulated=k, supporting=f, normal_rows=n, ends=n,
-        flags=FLAG_COUNT,
+        J=(r, nv), L=(r, nv), reflectors=(r, nv), K_d=(nv, nv), unroot=(nv, nv), tau_max=na,
+        gains=GAIN_COUNT, posture=(5, nv), force=(6, k), lam=r, lam_ref=k, q_ref=nq, v_ref=nv,
+        dq=nv, dv=nv, s=nv, u=nv, u_before=nv, handover=nv, reaction=f, lam_0=f, costs=f,
+        terms=(2, f), tau=na, clock=3, pivots=r, at=max(sizes.contacts, 1), regulated=k,
+        supporting=f, normal_rows=n, ends=n, flags=FLAG_COUNT,
     )  # fmt: skip
 
 

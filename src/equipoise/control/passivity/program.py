@@ -29,6 +29,7 @@ from equipoise.control.passivity.memory import (
     LawSizes,
     law_shapes,
 )
+from equipoise.control.passivity.nearest import unroot_of
 from equipoise.hqp.solvers.active_set.memory import SEARCH_MEMORY
 from equipoise.kinematics.kernels import state_shapes
 from equipoise.robots import Robot
@@ -92,6 +93,8 @@ class LawProgram:
         """Write the gains."""
         law = workspace.parts["law"]
         law.K_d[:] = gains.damping_matrix(self.robot.nv)
+        if gains.projector == "damping":
+            law.unroot[:] = unroot_of(law.K_d)
         law.gains[:] = gain_numbers(gains, dt, filter_time)
 
     def hold(self, workspace: Workspace, stack: ContactStack) -> None:
@@ -129,7 +132,7 @@ def gain_numbers(gains: ControlGains, dt: float, filter_time: float) -> Array:
             gains.alpha, gains.beta_p, gains.k_ip, gains.integral_max, gains.sgn_p.code,
             gains.sgn_p.layer, gains.beta_F, gains.k_iF, gains.sgn_F.code, gains.sgn_F.layer,
             gains.beta, gains.mu, gains.eta, gains.handover, gains.damp_violation, dt,
-            observer_gain(filter_time, dt),
+            observer_gain(filter_time, dt), gains.projector == "damping",
         ],
         dtype=float,
     )  # fmt: skip

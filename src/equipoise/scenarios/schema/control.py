@@ -22,11 +22,16 @@ class GainsSpec(Section):
     `K_d` is `kappa` [1/s] times the nominal inertia matrix at the start, a constant computed
     once by the gain adviser; `kappa` may be left out, then the adviser chooses it. `shape`
     `postures` takes the mean of that matrix over postures of the arms instead of that at the start:
-    weaker at the start, and stable with a stretched arm too.
+    weaker at the start, and stable with a stretched arm too. `hand_load` [kg] is added to that
+    matrix at each palm: stiffer wrists, for who carries what is not told.
+
+    `projector`: `euclidean` is Q_phi as printed, `damping` the projector that is orthogonal in K_d
+    (docs: the law); left out it is `damping` where the adviser chooses gains for a soft floor.
     """
 
     kappa: Positive | None = None
     shape: Literal["start", "postures"] = "start"
+    hand_load: NotNegative = 0.0
     alpha: Positive = 20.0
     beta_p: Positive = 5.0
     k_ip: NotNegative = 5.0
@@ -40,6 +45,7 @@ class GainsSpec(Section):
     integral_max: Positive = 10.0
     handover: Positive = 0.3
     damp_violation: bool = False
+    projector: Literal["euclidean", "damping"] | None = None
 
 
 class GovernorSpec(Section):
@@ -71,7 +77,8 @@ class ControlSpec(Section):
     `kind` of the controller: `passivity` is the paper's law; a program may register others.
 
     `distribution` of the base wrench over the soles: `least` cost, or `bounded` so that the floor
-    can give the predicted reaction (pressing, in the cones, pressure inside the soles).
+    can give the predicted reaction (pressing, in the cones, pressure inside the soles); left out it
+    is `bounded` in the engine mujoco.
     `reaction_filter` [s]: how slowly the measured reaction is followed when it is predicted; zero
     takes it at face value, which no delay survives. `soft_floor_delay` [s]: on a floor that gives
     (engine mujoco) the adviser chooses `kappa`, `alpha` and the layer of `sgn_p` so that the loop
@@ -90,7 +97,7 @@ class ControlSpec(Section):
     solver: Literal["active_set", "cascade", "daqp"] = "active_set"
     contact_rate: Positive = 10.0
     start: Literal["released", "standing"] = "released"
-    distribution: Literal["least", "bounded"] = "least"
+    distribution: Literal["least", "bounded"] | None = None
     reaction_filter: NotNegative = 0.02
     soft_floor_delay: NotNegative = 0.003
     gains: GainsSpec = GainsSpec()

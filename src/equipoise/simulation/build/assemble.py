@@ -122,8 +122,12 @@ def advise(scenario: schema.Scenario, setup: Setup, q_start: Array) -> GainAdvic
     """Return what the gain adviser says about the nominal robot at `q_start` (nq,)."""
     gains, physics = gains_of(scenario), scenario.physics
     look = advise_for_postures if gains.shape == "postures" else advise_gains
+    robot = setup.robot
+    if gains.hand_load:
+        for palm in robot.palms:
+            robot = robot.with_payload(palm.frame, gains.hand_load)
     return look(
-        setup.robot,
+        robot,
         setup.contacts,
         q_start,
         scenario.control.period,
@@ -136,10 +140,12 @@ def advise(scenario: schema.Scenario, setup: Setup, q_start: Array) -> GainAdvic
 def control_settings(scenario: schema.Scenario, advice: GainAdvice) -> ControlSettings:
     """Return how the scenario wants the robot controlled."""
     control = scenario.control
+    usual = "bounded" if scenario.physics.engine == "mujoco" else "least"
+    distribution = control.distribution or usual
     return ControlSettings(
         gains=to_control_gains(gains_of(scenario), advice),
         period=control.period,
-        bounds=ReactionBounds() if control.distribution == "bounded" else None,
+        bounds=ReactionBounds() if distribution == "bounded" else None,
         filter_time=control.reaction_filter,
         solver=control.solver,
         governor=_governor(control.governor),

@@ -10,21 +10,26 @@ def gains_of(scenario: schema.Scenario) -> schema.GainsSpec:
     """Return the gains that the run uses."""
     control = scenario.control
     if scenario.physics.engine != "mujoco" or control.soft_floor_delay == 0.0:
-        return control.gains
-    soft = advise_for_soft_floor(control.soft_floor_delay, control.period, control.gains.k_ip)
+        projector = control.gains.projector or "euclidean"
+        return control.gains.model_copy(update={"projector": projector})
+    projector = control.gains.projector or "damping"
+    soft = advise_for_soft_floor(
+        control.soft_floor_delay, control.period, control.gains.k_ip, projector=projector
+    )
     return control.gains.model_copy(
         update={
             "kappa": soft.kappa,
             "alpha": soft.alpha,
             "sgn_p": schema.SignSpec(kind="saturation", layer=soft.layer),
             "damp_violation": True,
+            "projector": projector,
         }
     )
 
 
 def to_control_gains(spec: schema.GainsSpec, advice: GainAdvice) -> ControlGains:
     """Return the gains of the law with the adviser's `K_d`."""
-    values = spec.model_dump(exclude={"kappa", "shape", "sgn_p", "sgn_F"})
+    values = spec.model_dump(exclude={"kappa", "shape", "hand_load", "sgn_p", "sgn_F"})
     return ControlGains(
         K_d=advice.K_d,
         sgn_p=SignFunction(spec.sgn_p.kind, spec.sgn_p.layer),

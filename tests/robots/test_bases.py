@@ -73,6 +73,28 @@ def test_a_first_link_that_is_fixed_needs_no_mass(tmp_path: Path) -> None:
         load_robot(path)
 
 
+def test_a_fixed_base_stands_where_it_is_told(tmp_path: Path, rng) -> None:
+    """All that hangs on it moves with it, and gravity turns the other way round."""
+    path = write_arm(tmp_path, "fixed")
+    plain = load_robot(path)
+    yaml = path.with_suffix(".yaml")
+    yaml.write_text(yaml.read_text() + "base_at: {xyz: [0.3, -0.2, 0.9], rpy: [0.4, -0.3, 1.1]}\n")
+    placed = load_robot(path)
+    T = pin.SE3(pin.rpy.rpyToMatrix(0.4, -0.3, 1.1), np.array([0.3, -0.2, 0.9]))
+    assert placed.at(placed.q_half_sitting).placement("link0").isApprox(T)
+    turned = plain.model.copy()
+    turned.gravity.linear = T.rotation.T @ plain.model.gravity.linear
+    for _ in range(5):
+        q, v, a = rng.uniform(-2, 2, plain.nq), rng.normal(size=plain.nv), rng.normal(size=plain.nv)
+        for frame in ("link0", "link3", "hand"):
+            there = placed.at(q).placement(frame)
+            assert there.isApprox(T * plain.at(q).placement(frame), 1e-12)
+        tau = pin.rnea(placed.model, placed.model.createData(), q, v, a)
+        assert tau == pytest.approx(pin.rnea(turned, turned.createData(), q, v, a), abs=1e-10)
+    with pytest.raises(RobotFileError, match="this one floats"):
+        load_robot(path, base="floating")
+
+
 def test_other_bases_are_refused(tmp_path: Path) -> None:
     path = write_arm(tmp_path, "fixed")
     with pytest.raises(InputError, match="no base of this kind"):

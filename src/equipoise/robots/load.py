@@ -16,6 +16,7 @@ from equipoise.robots.files.described import Described
 from equipoise.robots.files.finding import WARNING, Finding, raise_errors, tell_warnings
 from equipoise.robots.files.mjcf.read import describe_mjcf
 from equipoise.robots.files.mjcf.text import is_mjcf
+from equipoise.robots.files.place_base import place_base
 from equipoise.robots.files.source import Source, find_source
 from equipoise.robots.files.urdf import describe_urdf
 from equipoise.robots.robot import Foot, Palm, Robot, Sole
@@ -83,6 +84,7 @@ def _built(source: Source, described: Described) -> Robot:
     Raises: RobotFileError, NameNotFoundError.
     """
     extras, model, collision = source.extras, described.model, described.collision
+    place_base(described, extras.base_at)
     described.findings += take_hulls(model, collision)
     add_collision_pairs(model, collision, described.disabled)
     soles = tuple(Sole(**entry.model_dump()) for entry in extras.soles)
@@ -123,7 +125,7 @@ def half_sitting_configuration(
 ) -> np.ndarray:
     """Return q (nq,): upright base, the lowest of soles and feet at z = 0, middle at x = y = 0.
 
-    A fixed base is where it is.
+    A fixed base stays where it is.
     Joints that the posture does not name are at zero, or at the nearest limit to it.
 
     Raises: NameNotFoundError for a joint or sole frame that does not exist.

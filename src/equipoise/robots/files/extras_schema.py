@@ -81,6 +81,13 @@ class FrameEntry(Entry):
     rpy: Angles = (0.0, 0.0, 0.0)
 
 
+class PlaceEntry(Entry):
+    """Where something is in the world: `xyz` [m], `rpy` [rad]."""
+
+    xyz: Place = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
+
+
 class CapsuleEntry(Entry):
     """All points nearer than `radius` [m] to the line between two points of the link."""
 
@@ -147,6 +154,7 @@ class Extras(Entry):
     urdf: SourceEntry | Name | None = None
     mjcf: SourceEntry | Name | None = None
     base: Literal["floating", "fixed"] | None = None
+    base_at: PlaceEntry | None = None
     cylinders_are_capsules: bool = False
     soles: tuple[SoleEntry, ...] = ()
     feet: tuple[FootEntry, ...] = ()

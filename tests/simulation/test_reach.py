@@ -36,7 +36,9 @@ def hand_to(*points: np.ndarray) -> str:
     )
 
 
-@pytest.mark.parametrize("name", sorted(set(named_scenarios()) - {"tray_real", "tray_slip", "two_arms_slip"}))
+@pytest.mark.parametrize(
+    "name", sorted(set(named_scenarios()) - {"tray_real", "tray_slip", "two_arms_slip"})
+)
 def test_what_is_shipped_is_within_reach(name: str) -> None:
     overrides = ["physics.engine=rigid"] if name == "telephone_real" else []
     assert misses(name, "hrp2", overrides) == []

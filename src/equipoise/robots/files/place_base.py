@@ -1,4 +1,4 @@
-"""Puts a base that is fixed to the world where the robot's YAML says, by moving what hangs on it."""
+"""Puts a fixed base where the robot's YAML says, by moving all that hangs on it."""
 
 from __future__ import annotations
 

@@ -39,9 +39,7 @@ def plant_robot(scenario: schema.Scenario, setup: Setup) -> Robot:
     return robot
 
 
-def _with_load_in_hands(
-    robot: Robot, setup: Setup, held: str, mass: float, point: Array
-) -> Robot:
+def _with_load_in_hands(robot: Robot, setup: Setup, held: str, mass: float, point: Array) -> Robot:
     """Return the robot with a mass [kg] at a point (3,) of a massless object, in equal shares.
 
     Each hand then carries its share itself, and what passes between them is the squeeze.

@@ -129,7 +129,9 @@ class WholeBodyEnv(gymnasium.Env[Array, Array]):
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Want what the action says for the ticks of a step; see the class for the numbers."""
-        action = np.clip(real_vector("action", action, 6 * len(self.hands) + len(self._rows)), -1.0, 1.0)
+        action = np.clip(
+            real_vector("action", action, 6 * len(self.hands) + len(self._rows)), -1.0, 1.0
+        )
         self._want(action)
         command = self._run()
         off = command.mode in (Mode.SAFE, Mode.STOPPED)

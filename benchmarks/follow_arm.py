@@ -17,6 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -146,7 +147,7 @@ def mink_motion(robot: Robot, target_at: Told, known: bool) -> Measured:
     return times, told, due
 
 
-def mujoco_model(robot: Robot):  # noqa: ANN201  a model of an optional package
+def mujoco_model(robot: Robot) -> Any:
     """Return the arm in MuJoCo: the engine's own model of it, with a site at its tip."""
     from equipoise.contacts import ContactStack
     from equipoise.physics.mujoco import MujocoEngine, Surroundings

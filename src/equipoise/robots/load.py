@@ -17,6 +17,7 @@ from equipoise.robots.files.finding import WARNING, Finding, raise_errors, tell_
 from equipoise.robots.files.mjcf.read import describe_mjcf
 from equipoise.robots.files.mjcf.text import is_mjcf
 from equipoise.robots.files.place_base import place_base
+from equipoise.robots.files.planar_base import PLANAR, roll_base, without_wheels
 from equipoise.robots.files.source import Source, find_source
 from equipoise.robots.files.urdf import describe_urdf
 from equipoise.robots.robot import Foot, Palm, Robot, Sole
@@ -32,8 +33,8 @@ def load_robot(
 ) -> Robot:
     """Load a robot from its URDF or MJCF, its YAML, or the folder of either.
 
-    `base` is "floating" or "fixed"; without it the YAML decides, and else the URDF: a first link
-    called `world` is fixed, any other floats. An MJCF floats if it has a free joint.
+    `base` is "floating", "fixed" or "planar"; without it the YAML decides, and else the URDF: a
+    first link called `world` is fixed, any other floats. An MJCF floats if it has a free joint.
 
     The SRDF (postures, pairs of links that need no collision check) and the YAML (soles, palms,
     camera, and what the URDF lacks) are taken from files of the same stem beside the URDF when
@@ -67,7 +68,10 @@ def load_and_check(
     Raises: RobotFileError, NameNotFoundError.
     """
     source = find_source(urdf_path, srdf_path=srdf_path, extras_path=extras_path)
-    described = _described(source, base or source.extras.base, package_dirs)
+    wanted = base or source.extras.base
+    described = _described(source, without_wheels(wanted), package_dirs)
+    if wanted == PLANAR:
+        roll_base(described, source.extras.wheels)
     robot = _built(source, described)
     return robot, described.findings
 

@@ -88,6 +88,17 @@ class PlaceEntry(Entry):
     rpy: Angles = (0.0, 0.0, 0.0)
 
 
+class WheelsEntry(Entry):
+    """Limits of a planar base: `speed` [m/s] and `force` [N] along x and y, `turn` [rad/s] and
+    `moment` [N m] about z, `reach` [m] each way from where it begins."""
+
+    speed: Positive = 1.0
+    turn: Positive = 1.5
+    force: Positive = 400.0
+    moment: Positive = 150.0
+    reach: Positive = 10.0
+
+
 class CapsuleEntry(Entry):
     """All points nearer than `radius` [m] to the line between two points of the link."""
 
@@ -153,7 +164,8 @@ class Extras(Entry):
     summary: Name | Literal[""] = ""
     urdf: SourceEntry | Name | None = None
     mjcf: SourceEntry | Name | None = None
-    base: Literal["floating", "fixed"] | None = None
+    base: Literal["floating", "fixed", "planar"] | None = None
+    wheels: WheelsEntry = WheelsEntry()
     base_at: PlaceEntry | None = None
     cylinders_are_capsules: bool = False
     soles: tuple[SoleEntry, ...] = ()

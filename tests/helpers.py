@@ -9,6 +9,8 @@ from equipoise.contacts import ContactStack, GraspContact, SoleContact
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
 from equipoise.robots import Robot
 
+HUMANOIDS = ("g1", "hrp2", "romeo", "talos")  # the named robots that scenarios are told for
+
 
 def kinematics(robot: Robot, q: np.ndarray, v: np.ndarray | None = None) -> Kinematics:
     """Return the kinematics of a state, from an evaluator of its own."""

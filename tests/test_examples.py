@@ -116,3 +116,19 @@ def test_a_loop_that_is_plain_mujoco(example, capsys):
 
 def test_a_target_that_moves(example):
     assert example("follow_target").main()
+
+
+def needs_robots_and_mujoco() -> None:
+    pytest.importorskip("mujoco")
+    if missing := named_robots()["baxter"].missing:
+        pytest.skip(f"example-robot-data is not installed: {missing}")
+
+
+def test_a_fixed_arm_slides_along_a_table(example):
+    needs_robots_and_mujoco()
+    assert example("arm_force").main(4.0)
+
+
+def test_a_quadruped_follows_a_circle(example):
+    needs_robots_and_mujoco()
+    assert example("quadruped").main()

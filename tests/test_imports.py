@@ -45,6 +45,7 @@ BELOW = {
     "wbc": CONTROL,
     "physics": {*KINEMATIC, "collision", "contacts"},
     "adapters": {*KINEMATIC, "contacts", "physics"},
+    "gym": {*CONTROL, "wbc", "physics"},
     "scenarios": {"errors", "bounded_yaml", "spatial", "robots"},
     "simulation": BUILT,
     "analysis": BUILT,

@@ -73,6 +73,76 @@ def test_a_first_link_that_is_fixed_needs_no_mass(tmp_path: Path) -> None:
         load_robot(path)
 
 
+def test_a_fixed_base_stands_where_it_is_told(tmp_path: Path, rng) -> None:
+    """All that hangs on it moves with it, and gravity turns the other way round."""
+    path = write_arm(tmp_path, "fixed")
+    plain = load_robot(path)
+    yaml = path.with_suffix(".yaml")
+    yaml.write_text(yaml.read_text() + "base_at: {xyz: [0.3, -0.2, 0.9], rpy: [0.4, -0.3, 1.1]}\n")
+    placed = load_robot(path)
+    T = pin.SE3(pin.rpy.rpyToMatrix(0.4, -0.3, 1.1), np.array([0.3, -0.2, 0.9]))
+    assert placed.at(placed.q_half_sitting).placement("link0").isApprox(T)
+    turned = plain.model.copy()
+    turned.gravity.linear = T.rotation.T @ plain.model.gravity.linear
+    for _ in range(5):
+        q, v, a = rng.uniform(-2, 2, plain.nq), rng.normal(size=plain.nv), rng.normal(size=plain.nv)
+        for frame in ("link0", "link3", "hand"):
+            there = placed.at(q).placement(frame)
+            assert there.isApprox(T * plain.at(q).placement(frame), 1e-12)
+        tau = pin.rnea(placed.model, placed.model.createData(), q, v, a)
+        assert tau == pytest.approx(pin.rnea(turned, turned.createData(), q, v, a), abs=1e-10)
+    with pytest.raises(RobotFileError, match="this one floats"):
+        load_robot(path, base="floating")
+
+
+def test_a_planar_base_is_three_joints_that_carry_it(tmp_path: Path, rng) -> None:
+    """Inertia and bias are those of the floating robot, restricted to the plane."""
+    path = write_arm(tmp_path, "planar")
+    yaml = path.with_suffix(".yaml")
+    yaml.write_text(yaml.read_text() + "wheels: {speed: 0.7, force: 300.0}\n")
+    rolling, floating = load_robot(path), load_robot(path, base="floating")
+    assert rolling.joint_names[:4] == ("base_x", "base_y", "base_yaw", "joint1")
+    assert (rolling.nv_base, rolling.na, rolling.soles) == (0, 9, ())
+    assert rolling.v_max[:3] == pytest.approx([0.7, 0.7, 1.5])
+    assert rolling.tau_max[:3] == pytest.approx([300.0, 300.0, 150.0])
+    assert len(rolling.collision_model.geometryObjects) == len(
+        floating.collision_model.geometryObjects
+    )
+    for _ in range(5):
+        q, v = rng.uniform(-2, 2, rolling.nq), rng.normal(size=rolling.nv)
+        T = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, q[2]), np.array([q[0], q[1], 0.0]))
+        full = np.concatenate((pin.SE3ToXYZQUAT(T), q[3:]))
+        S = np.zeros((12, 9))  # base velocities in base axes from those of the three joints
+        S[:3, :2], S[5, 2], S[6:, 3:] = T.rotation.T[:, :2], 1.0, np.eye(6)
+        M = np.array(pin.crba(floating.model, floating.model.createData(), full))
+        M = np.triu(M) + np.triu(M, 1).T
+        mine = np.array(pin.crba(rolling.model, rolling.model.createData(), q))
+        assert np.triu(mine) == pytest.approx(np.triu(S.T @ M @ S), abs=1e-10)
+        here, there = rolling.at(q, v), floating.at(full, S @ v)
+        assert here.placement("hand").isApprox(there.placement("hand"))
+        assert here.jacobian("hand") @ v == pytest.approx(there.jacobian("hand") @ S @ v)
+    assert [f for f in check_urdf(yaml) if f.severity == "error"] == []
+
+
+def test_a_robot_on_wheels_drives_to_what_it_cannot_reach(tmp_path: Path) -> None:
+    robot = load_robot(write_arm(tmp_path, "planar"))
+    T = robot.at(robot.q_half_sitting).placement("hand")
+    far = pin.SE3(T.rotation, T.translation + np.array([1.5, 0.8, 0.1]))
+    way = WaypointTrajectory([Waypoint(0.0, T), Waypoint(3.0, far)])
+    hand = FramePoseTask("hand", "hand", way)
+    controller = WholeBodyController.fixed(robot, tasks=[hand])
+    engine = RigidContactEngine(robot, controller.contacts, robot.q_half_sitting, DT)
+    controller.take_over(engine.stand())
+    state, share = engine.state, 0.0
+    for k in range(3500):
+        command = controller.step(k * DT, state.q, state.v, state.lam)
+        state = engine.step(command.tau)
+        share = max(share, float((np.abs(command.tau) / robot.tau_max).max()))
+    assert np.abs(hand.error(robot.at(state.q), 3.5)).max() < 1e-4
+    assert np.hypot(*state.q[:2]) > 0.5
+    assert share < 1.0
+
+
 def test_other_bases_are_refused(tmp_path: Path) -> None:
     path = write_arm(tmp_path, "fixed")
     with pytest.raises(InputError, match="no base of this kind"):

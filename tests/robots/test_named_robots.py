@@ -21,12 +21,13 @@ from equipoise.robots import (
     robot_path,
     robot_urdf_path,
 )
+from helpers import HUMANOIDS
 
 ALL = named_robots()
 MIRROR = np.diag([1.0, -1.0, 1.0])
 
 
-@pytest.fixture(scope="module", params=sorted(ALL))
+@pytest.fixture(scope="module", params=HUMANOIDS)
 def robot(request: pytest.FixtureRequest) -> Robot:
     if ALL[request.param].missing:
         pytest.skip(f"{request.param} is not installed: {ALL[request.param].missing}")
@@ -45,7 +46,7 @@ def place(robot: Robot, placements: pin.Data, frame: str) -> pin.SE3:
 
 
 def test_there_are_four_humanoids() -> None:
-    assert set(ALL) >= {"hrp2", "talos", "g1", "romeo"}
+    assert set(ALL) >= set(HUMANOIDS)
     assert all(known.summary for known in ALL.values())
 
 
@@ -106,6 +107,33 @@ def test_it_has_the_parts_that_hrp2_has(robot: Robot) -> None:
         for shape in robot.collision_model.geometryObjects
     }
     assert {link for links in robot.parts.values() for link in links} <= with_shapes
+
+
+def test_baxter_stands_on_its_pedestal_and_reaches_forward() -> None:
+    """It is fixed: the pedestal's lowest point lies on the floor, palms are mirror images."""
+    if ALL["baxter"].missing:
+        pytest.skip(f"baxter is not installed: {ALL['baxter'].missing}")
+    assert [str(f) for f in check_urdf(robot_path("baxter")) if f.severity == "error"] == []
+    baxter = get_robot("baxter")
+    assert (baxter.nv_base, baxter.na, baxter.soles) == (0, 14, ())
+    kin = baxter.at(baxter.q_half_sitting)
+    base = kin.placement("base")
+    plain = load_robot(robot_urdf_path("baxter"), base="fixed")
+    lowest = min(
+        float(np.min(np.asarray(shape.geometry.points())[:, 2]))
+        for shape in plain.collision_model.geometryObjects
+        if "pedestal" in shape.name
+    )
+    assert base.translation == pytest.approx([0.0, 0.0, -lowest], abs=1e-3)
+    left, right = kin.placement("left_palm"), kin.placement("right_palm")
+    assert left.translation == pytest.approx(MIRROR @ right.translation, abs=2e-3)
+    assert left.translation[0] > 0.3
+    shapes = baxter.collision_model
+    distances = shapes.createData()
+    pin.computeDistances(
+        baxter.model, baxter.model.createData(), shapes, distances, baxter.q_half_sitting
+    )
+    assert min(r.min_distance for r in distances.distanceResults) > 0.005
 
 
 def test_romeo_is_corrected_to_its_own_mirror_image() -> None:

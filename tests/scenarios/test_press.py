@@ -1,4 +1,4 @@
-"""The scenario `press` in closed loop on every named robot, without a line of code for any."""
+"""The scenario `press` in closed loop on every named humanoid, without a line of code for any."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ import pytest
 
 from equipoise import run_scenario
 from equipoise.robots import named_robots
+from helpers import HUMANOIDS
 
 pytestmark = pytest.mark.slow
 ROBOTS = named_robots()
 
 
-@pytest.mark.parametrize("name", sorted(ROBOTS))
+@pytest.mark.parametrize("name", HUMANOIDS)
 def test_press_meets_its_acceptance(name: str, tmp_path: Path) -> None:
     if ROBOTS[name].missing:
         pytest.skip(f"{name} is not installed: {ROBOTS[name].missing}")

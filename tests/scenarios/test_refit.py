@@ -12,8 +12,9 @@ from equipoise.errors import ScenarioError
 from equipoise.robots import get_robot, named_robots, robot_path, robot_urdf_path
 from equipoise.robots.measures import measure
 from equipoise.scenarios import parse_scenario, read_scenario, resolved_text
+from helpers import HUMANOIDS
 
-OTHERS = sorted(set(named_robots()) - {"hrp2"})
+OTHERS = sorted(set(HUMANOIDS) - {"hrp2"})
 
 
 @pytest.fixture(params=OTHERS)

@@ -8,13 +8,14 @@ import pytest
 
 from equipoise import run_scenario
 from equipoise.robots import named_robots
+from helpers import HUMANOIDS
 
 pytestmark = pytest.mark.slow
 ROBOTS = named_robots()
 SHORT = ["duration=0.7", "acceptance.after=0.4"]
 
 
-@pytest.mark.parametrize("name", sorted(set(ROBOTS) - {"hrp2"}))
+@pytest.mark.parametrize("name", sorted(set(HUMANOIDS) - {"hrp2"}))
 def test_the_tray_is_held_under_the_desk(name: str, tmp_path: Path) -> None:
     if ROBOTS[name].missing:
         pytest.skip(f"{name} is not installed: {ROBOTS[name].missing}")

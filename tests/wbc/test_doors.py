@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from equipoise import LoopSettings, RigidContactEngine, WholeBodyController
+from equipoise import InverseKinematics, LoopSettings, RigidContactEngine, WholeBodyController
 from equipoise.contacts import PointContact, SurfaceContact
 from equipoise.contacts.surfaces import Plane
 from equipoise.control import BoundedDistribution, DistributionStatus
@@ -244,3 +244,30 @@ def test_errors_say_what_was_given(hrp2, how, error, says):
 def test_a_loop_that_cannot_be_is_refused(how):
     with pytest.raises(InputError):
         LoopSettings(**how)
+
+
+@pytest.mark.parametrize(
+    "bounds", [4.0, {"RARM_JOINT3": 4.0}, "all"], ids=["one", "by_name", "each"]
+)
+def test_accelerations_are_bounded_at_the_doors(hrp2, bounds):
+    """A far target is not jumped at: no bounded joint of the reference speeds up faster."""
+    most = np.full(hrp2.na, 6.0) if bounds == "all" else bounds
+    T = kinematics(hrp2, hrp2.q_half_sitting).placement("right_palm")
+    hand = FramePoseTask("hand", "right_palm", FixedPose(pose((0.1, 0.0, 0.2)) * T))
+    loop = LoopSettings(delay=0.0, accelerations=most)
+    controller = WholeBodyController.standing(hrp2, tasks=[hand], loop=loop)
+    names = [[task.name for task in level] for level in controller.motion.levels]
+    assert names[:2] == [["contacts"], ["accelerations"]]
+    ik = InverseKinematics(hrp2, [hand], period=0.005, accelerations=most)
+    speeds = np.array([ik.step().v_ref[6:] for _ in range(60)])
+    changes = np.abs(np.diff(speeds, axis=0)).max(axis=0) / 0.005
+    joint = hrp2.joint_names.index("RARM_JOINT3")
+    if isinstance(bounds, dict):
+        assert changes[joint] <= 4.0 + 1e-6 < changes.max()
+    else:
+        assert changes.max() <= (6.0 if bounds == "all" else 4.0) + 1e-6
+    free = InverseKinematics(hrp2, [hand], period=0.005)
+    jump = abs(free.step().v_ref[6:][joint]) / 0.005
+    assert jump > 6.0
+    with pytest.raises(NameNotFoundError, match="elbow"):
+        InverseKinematics(hrp2, [hand], accelerations={"elbow": 1.0})

@@ -71,7 +71,7 @@ def _path(robot: Robot, frame: str) -> set[int]:
     """Return the actuated joints between the base and a frame."""
     joint = robot.model.frames[robot.frame_id(frame)].parentJoint
     path = set()
-    while joint > 1:
+    while joint >= robot.base.first_joint:
         path.add(joint)
         joint = robot.model.parents[joint]
     return path

@@ -81,7 +81,7 @@ def _posture(robot: Robot) -> Task:
 
 
 def _dof() -> list[Contender]:
-    """Motion of every robot that is installed: feet; hands and limits; posture."""
+    """Motion of every robot that is installed: feet if it has any; hands and limits; posture."""
     table: list[Contender] = []
     for name, known in named_robots().items():
         if known.missing:
@@ -89,7 +89,8 @@ def _dof() -> list[Contender]:
         robot = get_robot(name)
         feet = _held(robot, [sole.frame for sole in robot.soles])
         hands = _held(robot, [palm.frame for palm in robot.palms])
-        levels = [feet, [*hands, JointLimitsTask("limits", robot)], [_posture(robot)]]
+        levels = [[*hands, JointLimitsTask("limits", robot)], [_posture(robot)]]
+        levels = [feet, *levels] if feet else levels
         call = _motion(robot, levels, robot.q_half_sitting)
         table.append(Repeated(f"growth/dof/{robot.nv}-{name}", call))
     return table

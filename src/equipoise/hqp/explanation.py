@@ -30,7 +30,7 @@ def amounts_of(rows: Rows) -> tuple[tuple[float, str], ...]:
     worst = worst_of(rows)
     for words, w in rows:
         if w and worst in ("", words.phrase(w)):
-            value, unit = as_error(w, words.unit, words.rate(w))
+            value, unit = as_error(w / words.weight, words.unit, words.rate(w))
             squares[unit] = squares.get(unit, 0.0) + value * value
     amounts = [(square**0.5, unit) for unit, square in squares.items()]
     most = max((value for value, _ in amounts), default=0.0)
@@ -75,7 +75,7 @@ class Blocker:
     @property
     def gives(self) -> str:
         """How far the bound would have to be moved, as a speed and as the error it stands for."""
-        speed, unit = abs(self.broken), self.words.unit
+        speed, unit = abs(self.broken) / self.words.weight, self.words.unit
         error, of_error = as_error(speed, unit, self.words.rate(self.broken))
         text = quantity(speed, unit)
         return text if of_error == unit else f"{text} ({quantity(error, of_error)})"
@@ -227,7 +227,7 @@ def _label(blocker: Blocker) -> str:
 
 
 def _step(blocker: Blocker, label: str) -> str:
-    given = quantity(abs(blocker.short), blocker.words.unit)
+    given = quantity(abs(blocker.short) / blocker.words.weight, blocker.words.unit)
     known = abs(blocker.short) > NEGLIGIBLE * abs(blocker.broken)
     return f"{label}{blocker.gives}" + (f", {given} of it already" if known else "")
 

@@ -20,6 +20,7 @@ class RowDescription:
 
     `unit` of A v. `rate_above`, `rate_below` [1/s]: what an error was multiplied by to become the
     bound, so that a speed divided by it is an error again; NaN where there is no such rate.
+    `weight`: A v and its bounds stand in the hierarchy so many times as large.
     """
 
     unit: str
@@ -27,6 +28,7 @@ class RowDescription:
     below: str
     rate_above: float = math.nan
     rate_below: float = math.nan
+    weight: float = 1.0
 
     @classmethod
     def both(cls, phrase: str, unit: str, rate: float = math.nan) -> RowDescription:

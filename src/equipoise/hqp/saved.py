@@ -52,7 +52,9 @@ def save_problem(
     about["note"] = note
     if words is not None:
         about["words"] = [
-            [w.unit, w.above, w.below, _number(w.rate_above), _number(w.rate_below)] for w in words
+            [w.unit, w.above, w.below, _number(w.rate_above), _number(w.rate_below)]
+            + ([w.weight] if w.weight != 1.0 else [])
+            for w in words
         ]
     A, lower, upper = hierarchy.A, hierarchy.lower, hierarchy.upper
     try:
@@ -122,8 +124,10 @@ def _words(listed: list[Any] | None, hierarchy: Hierarchy) -> tuple[RowDescripti
     if len(listed) != len(hierarchy.lower):
         raise InputError(f"it has words for {len(listed)} rows of {len(hierarchy.lower)}")
     return tuple(
-        RowDescription(str(unit), str(above), str(below), _rate(up), _rate(down))
-        for unit, above, below, up, down in listed
+        RowDescription(
+            str(unit), str(above), str(below), _rate(up), _rate(down), *map(_weight, weight)
+        )
+        for unit, above, below, up, down, *weight in listed
     )
 
 
@@ -135,6 +139,12 @@ def _count(levels: Any) -> int:
 
 def _number(rate: float) -> float | None:
     return rate if math.isfinite(rate) else None
+
+
+def _weight(weight: Any) -> float:
+    if not 0.0 < float(weight) < math.inf:
+        raise InputError(f"the weight of a row is {weight!r}")
+    return float(weight)
 
 
 def _rate(rate: Any) -> float:

@@ -8,7 +8,13 @@ from equipoise.contacts import Contact
 from equipoise.errors import InputError
 from equipoise.hqp import make_solver
 from equipoise.motion.generator import MotionGenerator, MotionStep
-from equipoise.motion.levels import Wishes, feet_of, usual_levels
+from equipoise.motion.levels import (
+    Accelerations,
+    Wishes,
+    bound_accelerations,
+    feet_of,
+    usual_levels,
+)
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_period, real_vector
@@ -22,7 +28,9 @@ class InverseKinematics:
     named by `feet`; none on a fixed base), joint limits hold, the centre of mass stays 2 cm inside
     the feet, and what is left goes to the posture `q_start` (nq,), half-sitting if None. `contacts`
     hold beside the feet. A task of the same kind of one's own replaces limits, balance or posture.
-    `period` [s] of a step. The generator inside is `motion`, the one of `WholeBodyController`.
+    `accelerations` [rad/s^2] bound the joints, one number, (na,), or by name, right below the
+    contacts. `period` [s] of a step. The generator inside is `motion`, the one of
+    `WholeBodyController`.
     Source: section III-C, eqs. (14)-(16).
     Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
     """
@@ -36,12 +44,15 @@ class InverseKinematics:
         period: float = 0.01,
         feet: Sequence[str] | None = None,
         contacts: Sequence[Contact] = (),
+        accelerations: Accelerations | None = None,
         solver: str = "active_set",
     ) -> None:
         self.robot, self.dt = robot, real_period("the period", period)
         q = robot.q_half_sitting if q_start is None else real_vector("q_start", q_start, robot.nq)
         held: list[Contact] = [*feet_of(robot, q, feet, 0.7), *contacts]
         levels = usual_levels(robot, q, held, tasks, 0.02)
+        if accelerations is not None:
+            levels = bound_accelerations(robot, levels, accelerations, self.dt)
         self.motion = MotionGenerator(robot, levels, lambda: make_solver(solver), self.dt, q)
         self._ticks = 0
 

@@ -71,6 +71,8 @@ from equipoise.motion.memory import (
     NUMBERS,
     PAIRS_PART,
     RATES,
+    ROW_CONSTANT,
+    ROW_WEIGHT,
     SEARCHES_FROM,
     SHARES,
     STATUS,
@@ -78,6 +80,7 @@ from equipoise.motion.memory import (
     THRESHOLDS,
     USED,
     V_REF,
+    WEIGHED,
     WEIGHTS,
     WINDOW,
 )
@@ -195,6 +198,24 @@ def write_rows(m: MotionBlocks) -> None:
                 lower[at[k] + i] = upper[at[k] + i] = bound
     for k in range(integers(m.tasks, KIND).shape[0]):
         task_rows(m, k, A, lower, upper)
+    if integers(m.tasks, FLAGS)[WEIGHED]:
+        weigh_rows(m, A, lower, upper)
+
+
+@compiled
+def weigh_rows(m: MotionBlocks, A: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
+    """Scale the rows that were just written by the weights of their tasks."""
+    weight, constant = vector(m.tasks, ROW_WEIGHT), integers(m.tasks, ROW_CONSTANT)
+    first, last = integers(m.rows, ROW_BEGINS), integers(m.rows, ROW_ENDS)
+    for row in range(weight.shape[0]):
+        w = weight[row]
+        if w == 1.0 or (lower[row] == -np.inf and upper[row] == np.inf):
+            continue  # what a free row says is old
+        lower[row] *= w
+        upper[row] *= w
+        if not constant[row]:
+            for c in range(first[row], last[row]):
+                A[row, c] *= w
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,9 +11,18 @@ from equipoise.contacts.support_polygon import sole_corners
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks import ComPolygonTask, ContactTask, JointLimitsTask, PostureTask, Task
+from equipoise.spatial.numbers import real_number, real_vector
+from equipoise.tasks import (
+    ComPolygonTask,
+    ContactTask,
+    JointAccelerationsTask,
+    JointLimitsTask,
+    PostureTask,
+    Task,
+)
 
 Wishes = Sequence[Task | Sequence[Task]]
+Accelerations = float | Array | Mapping[str, float]
 
 
 def feet_of(
@@ -84,6 +93,29 @@ def usual_levels(
     if PostureTask not in has:
         levels.append([PostureTask("posture", robot, q[robot.nq_base :])])
     return levels
+
+
+def bound_accelerations(
+    robot: Robot, levels: Sequence[Sequence[Task]], accelerations: Accelerations, period: float
+) -> list[list[Task]]:
+    """Return the levels with bounds on joint accelerations [rad/s^2], right below the contacts.
+
+    One number for all joints, one for each (na,), or some by name: the others may turn round at
+    full speed in one period [s]. Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
+    """
+    what, most = "the joint accelerations", 2.0 * robot.v_max / period
+    if isinstance(accelerations, Mapping):
+        for name, value in accelerations.items():
+            if name not in robot.joint_names:
+                raise NameNotFoundError("joint", name, robot.joint_names)
+            most[robot.joint_names.index(name)] = real_number(f"{what} of {name}", value)
+    elif np.ndim(accelerations):
+        most = real_vector(what, accelerations, robot.na)
+    else:
+        most = np.full(robot.na, real_number(what, accelerations))
+    below = int(bool(levels) and any(isinstance(task, ContactTask) for task in levels[0]))
+    bounds: list[Task] = [JointAccelerationsTask("accelerations", robot, most, period)]
+    return [*map(list, levels[:below]), bounds, *map(list, levels[below:])]
 
 
 def _level(wish: Task | Sequence[Task]) -> list[Task]:

@@ -6,19 +6,20 @@ from equipoise.compiled.workspace import Arrays, Shape
 
 TASKS = Arrays(
     ("rates", "numbers", "contact_rate", "window", "fades", "weights", "shares", "thresholds",
-     "blended", "v_ref", "kind", "frame", "target", "first", "at", "pairs", "contact_at",
-     "contact_held", "fade_of", "flags", "clock"),
+     "blended", "v_ref", "row_weight", "kind", "frame", "target", "first", "at", "pairs",
+     "contact_at", "contact_held", "fade_of", "row_constant", "flags", "clock"),
     frozenset({"kind", "frame", "target", "first", "at", "pairs", "contact_at", "contact_held",
-               "fade_of", "flags"}),
+               "fade_of", "row_constant", "flags"}),
 )  # fmt: skip
-(RATES, NUMBERS, CONTACT_RATE, WINDOW, FADES, WEIGHTS, SHARES, THRESHOLDS, BLENDED, V_REF, KIND,
- FRAME, TARGET, FIRST, AT, PAIRS_PART, CONTACT_AT, CONTACT_HELD, FADE_OF, FLAGS,
- CLOCK) = range(len(TASKS.names))  # fmt: skip
+(RATES, NUMBERS, CONTACT_RATE, WINDOW, FADES, WEIGHTS, SHARES, THRESHOLDS, BLENDED, V_REF,
+ ROW_WEIGHT, KIND, FRAME, TARGET, FIRST, AT, PAIRS_PART, CONTACT_AT, CONTACT_HELD, FADE_OF,
+ ROW_CONSTANT, FLAGS, CLOCK) = range(len(TASKS.names))  # fmt: skip
 
 # entries of `flags`: whether a task needs the centre of mass; which part of the workspace the first
 # search is; how many searches there are, and how many the last tick used; how it went; whether a
-# task needs the velocity of the tick before, and whether the motion that it makes
-NEEDS_COM, SEARCHES_FROM, SEARCHES, USED, STATUS, NEEDS_BEFORE, NEEDS_MOTION = range(7)
+# task needs the velocity of the tick before, and whether the motion that it makes; whether any
+# task has another weight than 1
+NEEDS_COM, SEARCHES_FROM, SEARCHES, USED, STATUS, NEEDS_BEFORE, NEEDS_MOTION, WEIGHED = range(8)
 
 # entries of `clock`: the rate at which the time of the targets goes [1], that time [s], and what
 # the governor is told (see `motion.governor`): errors of frames [m, rad] and of the posture [rad]
@@ -37,13 +38,14 @@ def task_shapes(
     task its distances in the part `pairs[k]`. Contact i of level 0 has its rows from
     `contact_at[i]` on, is drawn back with `contact_rate[i]` [1/s] and holds from `window[i, 0]` to
     `window[i, 1]` [s]. `fades` [f, 3] and `weights` [f] belong to what fades, `fade_of` [rows] is
-    the fade of a row or -1. `shares` [f + 1] are those of the parts of a
+    the fade of a row or -1, `row_weight` [rows] its weight and `row_constant` [rows] whether A of
+    it was written once, with its weight. `shares` [f + 1] are those of the parts of a
     blend, `thresholds` the least weight with which something counts in them.
     """
     k, c, f = max(tasks, 1), max(contacts, 1), max(fades, 1)
     return TASKS.shapes(
         rates=k, numbers=max(numbers, 1), contact_rate=c, window=(c, 2), fades=(f, 3), weights=f,
-        shares=f + 1, thresholds=f + 1, blended=nv, v_ref=nv, kind=k, frame=k, target=k,
-        first=k + 1, at=k, pairs=k, contact_at=c, contact_held=c, fade_of=max(rows, 1), flags=7,
-        clock=CLOCK_SIZE,
+        shares=f + 1, thresholds=f + 1, blended=nv, v_ref=nv, row_weight=max(rows, 1), kind=k,
+        frame=k, target=k, first=k + 1, at=k, pairs=k, contact_at=c, contact_held=c,
+        fade_of=max(rows, 1), row_constant=max(rows, 1), flags=8, clock=CLOCK_SIZE,
     )  # fmt: skip

@@ -26,6 +26,7 @@ from equipoise.motion.memory import (
     NEEDS_MOTION,
     SEARCHES,
     SEARCHES_FROM,
+    WEIGHED,
     task_shapes,
 )
 from equipoise.robots import Robot
@@ -185,6 +186,11 @@ class MotionProgram:
         part.clock[CLOCK_RATE] = 1.0
         part.flags[SEARCHES_FROM] = list(workspace.parts).index("search0")
         part.flags[SEARCHES] = len(self.fades) + 1
+        part.row_weight[:], part.row_constant[:] = 1.0, 0
+        for kernel in self.numbered:
+            part.row_weight[kernel.rows] = kernel.task.weight
+            part.row_constant[kernel.rows] = _is_constant(kernel.task)
+        part.flags[WEIGHED] = bool((part.row_weight != 1.0).any())
         part.fade_of[:] = -1
         for f, (name, fade) in enumerate(self.fades.items()):
             part.fades[f] = fade.numbers
@@ -215,6 +221,8 @@ class MotionProgram:
         part.ends[:] = ends or [0]
         for one in self.kernel_tasks:
             one.task.write_constants(part.A[one.rows], self.robot)
+            if one.task.constant_rows:
+                part.A[one.rows] *= one.task.weight
             for row in range(one.rows.start, one.rows.stop):
                 columns = np.flatnonzero(part.A[row])
                 if len(columns) == 1:
@@ -257,8 +265,9 @@ class MotionProgram:
             if asked.labels != one.labels:
                 return False
             asked.check()
-            rows.A[one.rows] = asked.A
-            rows.lower[one.rows], rows.upper[one.rows] = asked.lower, asked.upper
+            w, own = one.task.weight, one.rows
+            rows.A[own] = w * asked.A
+            rows.lower[own], rows.upper[own] = w * asked.lower, w * asked.upper
         return True
 
     def ask_coal(self, workspace: Workspace) -> None:
@@ -315,6 +324,10 @@ class MotionProgram:
 
 def _has_kernel(one: Placed[Task]) -> TypeGuard[Placed[KernelTask]]:
     return isinstance(one.task, KernelTask)
+
+
+def _is_constant(task: Task) -> bool:
+    return isinstance(task, KernelTask) and task.constant_rows
 
 
 def _avoids(one: Placed[Task]) -> TypeGuard[Placed[AvoidanceTask]]:

@@ -16,6 +16,8 @@ from equipoise.robots.files.described import Described
 from equipoise.robots.files.finding import WARNING, Finding, raise_errors, tell_warnings
 from equipoise.robots.files.mjcf.read import describe_mjcf
 from equipoise.robots.files.mjcf.text import is_mjcf
+from equipoise.robots.files.place_base import place_base
+from equipoise.robots.files.planar_base import PLANAR, roll_base, without_wheels
 from equipoise.robots.files.source import Source, find_source
 from equipoise.robots.files.urdf import describe_urdf
 from equipoise.robots.robot import Foot, Palm, Robot, Sole
@@ -31,8 +33,8 @@ def load_robot(
 ) -> Robot:
     """Load a robot from its URDF or MJCF, its YAML, or the folder of either.
 
-    `base` is "floating" or "fixed"; without it the YAML decides, and else the URDF: a first link
-    called `world` is fixed, any other floats. An MJCF floats if it has a free joint.
+    `base` is "floating", "fixed" or "planar"; without it the YAML decides, and else the URDF: a
+    first link called `world` is fixed, any other floats. An MJCF floats if it has a free joint.
 
     The SRDF (postures, pairs of links that need no collision check) and the YAML (soles, palms,
     camera, and what the URDF lacks) are taken from files of the same stem beside the URDF when
@@ -66,7 +68,10 @@ def load_and_check(
     Raises: RobotFileError, NameNotFoundError.
     """
     source = find_source(urdf_path, srdf_path=srdf_path, extras_path=extras_path)
-    described = _described(source, base or source.extras.base, package_dirs)
+    wanted = base or source.extras.base
+    described = _described(source, without_wheels(wanted), package_dirs)
+    if wanted == PLANAR:
+        roll_base(described, source.extras.wheels)
     robot = _built(source, described)
     return robot, described.findings
 
@@ -83,6 +88,7 @@ def _built(source: Source, described: Described) -> Robot:
     Raises: RobotFileError, NameNotFoundError.
     """
     extras, model, collision = source.extras, described.model, described.collision
+    place_base(described, extras.base_at)
     described.findings += take_hulls(model, collision)
     add_collision_pairs(model, collision, described.disabled)
     soles = tuple(Sole(**entry.model_dump()) for entry in extras.soles)
@@ -123,7 +129,7 @@ def half_sitting_configuration(
 ) -> np.ndarray:
     """Return q (nq,): upright base, the lowest of soles and feet at z = 0, middle at x = y = 0.
 
-    A fixed base is where it is.
+    A fixed base stays where it is.
     Joints that the posture does not name are at zero, or at the nearest limit to it.
 
     Raises: NameNotFoundError for a joint or sole frame that does not exist.

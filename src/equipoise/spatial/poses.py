@@ -37,12 +37,27 @@ def rigid(what: str, T: object) -> pin.SE3:
             given=type(T).__name__,
             remedy="Make one with `equipoise.spatial.pose(xyz, rpy)` or `pinocchio.SE3(R, p)`",
         )
+    if _is_rigid(T.rotation.tolist(), T.translation.tolist()):
+        return T
     R = np.array(T.rotation)
     if not (np.isfinite(R).all() and np.isfinite(T.translation).all()):
         raise NonFiniteError(f"{what} is not finite", given=T.homogeneous.tolist())
     near(what, np.array(T.translation))
     rotation(what, R)
     return T
+
+
+def _is_rigid(R: list[list[float]], place: list[float]) -> bool:
+    """Tell whether a pose is fine: plain arithmetic, as targets are checked thousands of times."""
+    (a, b, c), (d, e, f), (g, h, i) = R
+    lengths = (a * a + d * d + g * g, b * b + e * e + h * h, c * c + f * f + i * i)
+    angles = (a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i)
+    return (
+        all(abs(square - 1.0) <= ROUNDING for square in lengths)
+        and all(abs(cosine) <= ROUNDING for cosine in angles)
+        and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0.0
+        and all(abs(x) <= FARTHEST for x in place)
+    )
 
 
 def rotation(what: str, R: Array) -> Array:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, TypeAlias
+from dataclasses import replace
+from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 import pinocchio as pin
@@ -20,19 +21,39 @@ from equipoise.trajectories import LiveTarget, PoseTrajectory
 from equipoise.trajectories.base import require_trajectory
 
 _ROUNDING = 1e-9  # of rate * period
+LIGHTEST, HEAVIEST = 1e-3, 1e3  # weights
 
 
 class Task(ABC):
     """Produces rows `lower <= A v <= upper` for the velocity v of the robot.
 
     A task of your own in plain Python derives from this class; one with a kernel from
-    `KernelTask`.
+    `KernelTask`. `weight` says how much its shortfall counts beside others of its level.
     """
 
     kind: ClassVar[int] = GIVEN
+    weight: float = 1.0
 
     def __init__(self, name: str) -> None:
         self.name = name
+
+    def weighing(self, weight: float) -> Self:
+        """Return this task, its shortfall counting `weight` times as much as that of others.
+
+        A level makes the sum of squares of its shortfalls, each times its weight, as small as can
+        be; where nothing is short, weights do nothing. Say it before a controller is given the
+        task. What `rows` returns is as it was: who stacks levels scales them.
+        Raises: `InputError`.
+        """
+        weight = positive(f"the weight of task {self.name!r}", weight, "")
+        if not LIGHTEST <= weight <= HEAVIEST:
+            raise InputError(
+                f"the weight of task {self.name!r} must lie between {LIGHTEST:g} and {HEAVIEST:g}",
+                given=weight,
+                remedy="Put what is so much more important into a level above",
+            )
+        self.weight = weight
+        return self
 
     @abstractmethod
     def rows(self, kin: Kinematics, t: float) -> Rows:
@@ -76,12 +97,13 @@ class KernelTask(Task):
 
     It says which `frame` (None: none) it is about, its `target`, its `rate` [1/s] and other
     `numbers`. With a `second` frame the first of these becomes the number of that frame. Its rows
-    never change in number. `alone` calls its kernel for one task, made by
-    `alone_of`.
+    never change in number; with `constant_rows` A is what `write_constants` wrote. `alone` calls
+    its kernel for one task, made by `alone_of`.
     """
 
     row_unit: str
     rate: float
+    constant_rows: ClassVar[bool] = False
     frame: str | int | None = None
     second: str | int | None = None
     target: PoseTrajectory | None = None
@@ -162,7 +184,9 @@ def describe_rows(tasks: Sequence[Task], hierarchy: Hierarchy) -> tuple[RowDescr
     for block in hierarchy.blocks:
         task = by_name.get(block.name)
         plain = (RowDescription.both(f"{block.name}/{label}", block.unit) for label in block.labels)
-        described += plain if task is None else task.describe(block, hierarchy)
+        words = tuple(plain) if task is None else task.describe(block, hierarchy)
+        weight = 1.0 if task is None else task.weight
+        described += [replace(one, weight=weight) for one in words] if weight != 1.0 else words
     return tuple(described)
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 
 from equipoise.contacts import ContactSchedule, ContactStack
+from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription, Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
@@ -31,6 +34,14 @@ class ContactTask(Task):
         self.schedule = contacts
         self.rate = require_rate(name, rate)
         self.stack = ContactStack(contacts.contacts)
+
+    def weighing(self, weight: float) -> Self:
+        """Refuse: contacts hold or do not. Raises: `InputError`."""
+        raise InputError(
+            f"contacts hold or do not: task {self.name!r} has no weight",
+            given=weight,
+            remedy="Give it a level of its own, the highest",
+        )
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -46,6 +46,7 @@ class JointCouplingTask(KernelTask):
 
     row_unit = "rad/s"
     kind = COUPLING
+    constant_rows = True
     alone = staticmethod(alone_of("coupling", coupling_rows))
 
     def __init__(

@@ -31,6 +31,7 @@ class DampingTask(KernelTask):
 
     row_unit = "rad/s"
     kind = DAMPING
+    constant_rows = True
     rate = 1.0
     alone = staticmethod(alone_of("damping", damping_rows))
 

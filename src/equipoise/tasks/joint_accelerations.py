@@ -81,6 +81,7 @@ class JointAccelerationsTask(KernelTask):
 
     row_unit = "rad/s"
     kind = JOINT_ACCELERATIONS
+    constant_rows = True
     alone = staticmethod(alone_of("acceleration", acceleration_rows))
 
     def __init__(

@@ -51,6 +51,7 @@ class JointLimitsTask(KernelTask):
 
     row_unit = "rad/s"
     kind = JOINT_LIMITS
+    constant_rows = True
     alone = staticmethod(alone_of("limit", limit_rows))
 
     def __init__(

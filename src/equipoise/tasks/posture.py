@@ -35,6 +35,7 @@ class PostureTask(KernelTask):
 
     row_unit = "rad/s"
     kind = POSTURE
+    constant_rows = True
     alone = staticmethod(alone_of("posture", posture_rows))
 
     def __init__(self, name: str, robot: Robot, q_joints: Array, *, rate: float = 1.0) -> None:

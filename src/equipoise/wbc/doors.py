@@ -17,7 +17,13 @@ from equipoise.control import (
     advise_gains,
 )
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
-from equipoise.motion.levels import Wishes, feet_of, usual_levels
+from equipoise.motion.levels import (
+    Accelerations,
+    Wishes,
+    bound_accelerations,
+    feet_of,
+    usual_levels,
+)
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_array, real_number, real_vector, require_period
@@ -43,7 +49,8 @@ class LoopSettings:
     as much; 0 means rigid contacts. `rotor_inertia` [kg m^2] of the joints behind their gears, one
     or (na,): where it is not small, the gains need it. `friction` of the feet; `margin` [m] that
     the centre of mass keeps to the edge of the feet; `observer` [s], how slowly the measured
-    reaction is followed.
+    reaction is followed. `accelerations` [rad/s^2] bound the joints of the reference, so that they
+    stop in time: one number, (na,), or some by name; None bounds nothing.
     Raises: `InputError`.
     """
 
@@ -53,6 +60,7 @@ class LoopSettings:
     friction: float = 0.7
     margin: float = 0.02
     observer: float = 0.02
+    accelerations: Accelerations | None = None
 
     def __post_init__(self) -> None:
         require_period(self.period)
@@ -130,6 +138,8 @@ def _open(
         filter_time=loop.observer,
     )
     levels = usual_levels(robot, q, stack.contacts, wish.tasks, loop.margin)
+    if loop.accelerations is not None:
+        levels = bound_accelerations(robot, levels, loop.accelerations, loop.period)
     return Opened(levels, stack, settings, q, _wanted(stack, dict(wish.forces or {})))
 
 

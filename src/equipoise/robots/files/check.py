@@ -10,6 +10,7 @@ from equipoise.robots.files.base import take_base
 from equipoise.robots.files.check_tree import check_tree
 from equipoise.robots.files.finding import ERROR, Finding
 from equipoise.robots.files.mjcf.text import is_mjcf
+from equipoise.robots.files.planar_base import without_wheels
 from equipoise.robots.files.source import find_source
 from equipoise.robots.load import load_and_check
 
@@ -31,7 +32,7 @@ def check_urdf(
         urdf = source.urdf
         findings: list[Finding] = []
         if not is_mjcf(urdf):
-            tree, base = take_base(source.tree()[0], source.extras.base)
+            tree, base = take_base(source.tree()[0], without_wheels(source.extras.base))
             _, findings = check_tree(tree, urdf, package_dirs, base)
     except InputError as error:
         return [Finding(ERROR, Path(path).name, str(error))]

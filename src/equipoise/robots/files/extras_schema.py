@@ -81,6 +81,24 @@ class FrameEntry(Entry):
     rpy: Angles = (0.0, 0.0, 0.0)
 
 
+class PlaceEntry(Entry):
+    """Where something is in the world: `xyz` [m], `rpy` [rad]."""
+
+    xyz: Place = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
+
+
+class WheelsEntry(Entry):
+    """Limits of a planar base: `speed` [m/s] and `force` [N] along x and y, `turn` [rad/s] and
+    `moment` [N m] about z, `reach` [m] each way from where it begins."""
+
+    speed: Positive = 1.0
+    turn: Positive = 1.5
+    force: Positive = 400.0
+    moment: Positive = 150.0
+    reach: Positive = 10.0
+
+
 class CapsuleEntry(Entry):
     """All points nearer than `radius` [m] to the line between two points of the link."""
 
@@ -146,7 +164,9 @@ class Extras(Entry):
     summary: Name | Literal[""] = ""
     urdf: SourceEntry | Name | None = None
     mjcf: SourceEntry | Name | None = None
-    base: Literal["floating", "fixed"] | None = None
+    base: Literal["floating", "fixed", "planar"] | None = None
+    wheels: WheelsEntry = WheelsEntry()
+    base_at: PlaceEntry | None = None
     cylinders_are_capsules: bool = False
     soles: tuple[SoleEntry, ...] = ()
     feet: tuple[FootEntry, ...] = ()

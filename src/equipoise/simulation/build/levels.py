@@ -103,7 +103,7 @@ def _by_priority(
 
 
 def _build(name: str, spec: Any, scenario: schema.Scenario, setup: Setup) -> Task:
-    return _BUILDERS[type(spec)](name, spec, scenario, setup)
+    return _BUILDERS[type(spec)](name, spec, scenario, setup).weighing(spec.weight)
 
 
 def _hold_frame(
@@ -179,7 +179,8 @@ def _approach(task: FramePoseTask, setup: Setup) -> Task:
     first = task.target.at(0.0).T_world_target
     here = _at_half_sitting(setup, task.frame)
     path = WaypointTrajectory([Waypoint(-APPROACH_TIME, here), Waypoint(0.0, first)])
-    return FramePoseTask(task.name, task.frame, path, rate=task.rate)
+    approach = FramePoseTask(task.name, task.frame, path, rate=task.rate)
+    return approach.weighing(task.weight)
 
 
 def _com_polygon(

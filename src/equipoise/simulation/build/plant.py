@@ -14,6 +14,7 @@ from equipoise.robots import Robot
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import frame_of
 from equipoise.simulation.build.setup import Setup, check_object
+from equipoise.spatial import Array
 
 
 def plant_robot(scenario: schema.Scenario, setup: Setup) -> Robot:
@@ -30,12 +31,23 @@ def plant_robot(scenario: schema.Scenario, setup: Setup) -> Robot:
             check_object(scenario, payload.object, f"{path}.object")
             if scenario.physics.engine == "mujoco":
                 continue  # there the object is a body of its own and carries it itself
-            frame = next(iter(scenario.world.objects[payload.object].handles))
-            point = setup.handles[payload.object, frame].actInv(point)
+            robot = _with_load_in_hands(robot, setup, payload.object, payload.mass, point)
         else:
             frame = payload.frame or ""
             frame_of(robot, frame, f"{path}.frame")
-        robot = robot.with_payload(frame, payload.mass, tuple(point))
+            robot = robot.with_payload(frame, payload.mass, tuple(point))
+    return robot
+
+
+def _with_load_in_hands(robot: Robot, setup: Setup, held: str, mass: float, point: Array) -> Robot:
+    """Return the robot with a mass [kg] at a point (3,) of a massless object, in equal shares.
+
+    Each hand then carries its share itself, and what passes between them is the squeeze.
+    """
+    hands = [hand for name, hand in setup.handles if name == held]
+    for hand in hands:
+        at = setup.handles[held, hand].actInv(point)
+        robot = robot.with_payload(hand, mass / len(hands), tuple(at))
     return robot
 
 

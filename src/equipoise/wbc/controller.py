@@ -364,6 +364,8 @@ class WholeBodyController:
         """Note which contacts hold, and what they want."""
         self._held = stack
         self._rows_held = stack.size
+        if self.law is None:  # the law holds them itself; a kernel reads from it what is wanted
+            self._law_program.hold(self.workspace, stack)
         wanted = [
             self.rows[f"{contact.name}/{label}"]
             for contact in stack.contacts

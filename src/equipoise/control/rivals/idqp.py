@@ -1,0 +1,91 @@
+"""Inverse dynamics by a quadratic program, in TSID's form: accelerations and contact forces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equipoise.control.rivals.quadratic import minimise
+from equipoise.control.rivals.rival import Rival, Tick, Wanted
+from equipoise.spatial import Array
+
+FORCE_WEIGHT = 1e-3  # (m/s^2)^2 a N^2, of a wanted contact force: task of its own
+SUPPORT_WEIGHT = 1e-7  # of a supporting force times its cost: regularisation
+OTHER_WEIGHT = 1e-5  # of every other multiplier: regularisation
+
+
+class InverseDynamicsQP(Rival):
+    """Accelerations and forces near what is wanted, within what motors and floor can give.
+
+    Unknowns `a` (nv,) and `f` (r,), torques eliminated:
+
+        min  |a - a_w|^2 + sum_i w_i (f_i - f_w,i)^2
+        with M_b a + h_b = J_b^T f                                  (the base has no motor)
+             J a = rate' - drift - 2 c (J v - rate) - c^2 residual   (contacts hold, c: contact_rate)
+             |M_j a + h_j - J_j^T f| <= tau_max
+             floor: pyramids, centres of pressure, yaw moments; f >= 0 of what only pushes
+        a_w = a_ref - kappa (dv + alpha dq + k_i z)
+
+    `tau = M_j a + h_j - J_j^T f`. `f_w` is the wanted force of a regulated row, zero else.
+    Source: Del Prete, Mansard, Ramos, Stasse and Nori 2016 (the program with torques eliminated,
+    section "TSID"), and the library TSID, `InverseDynamicsFormulationAccForce`. Differs: a sole
+    has its wrench as unknown and the wrench cone as bounds, where TSID has forces at four corners
+    (the same set for equal pyramids); the integral of force error and `k_i` are ours.
+    """
+
+    def wanted(self, tick: Tick) -> Wanted:
+        """Return the torque of the optimum."""
+        robot, rows, contacts = self.robot, tick.rows, self.contacts
+        q, v = tick.measured.q, tick.measured.v
+        base, nv, r = robot.nv_base, robot.nv, contacts.size
+        M, h, J = self.dynamics.inertia(q), self.dynamics.bias(q, v), rows.J
+        a_w = self.acceleration(tick)
+        weights, goal = np.ones(nv + r), np.concatenate((a_w, tick.forces))
+        weights[nv:] = OTHER_WEIGHT
+        weights[nv + contacts.regulated_rows] = FORCE_WEIGHT
+        weights[nv + contacts.supporting_rows] = SUPPORT_WEIGHT * self.floor.costs**2
+        free = np.hstack((M, -J.T))  # times (a, f), plus h: what the motors give
+        equal = (
+            np.vstack((free[:base], np.hstack((J, np.zeros((r, r)))))),
+            np.concatenate((-h[:base], self.contact_accelerations(tick))),
+        )
+        more = self.more_bounds(tick, M, h)
+        A, lower, upper = self._bounds(free[base:], h[base:], more)
+        soft = np.zeros(len(lower), dtype=bool)
+        soft[robot.na :] = True
+        x = minimise(weights, goal, equal, (A, lower, upper), soft).x
+        a, f = x[:nv], x[nv:]
+        u = M @ a + h - J[self.others].T @ f[self.others]
+        return Wanted((M @ a + h - J.T @ f)[base:], u, f[contacts.supporting_rows])
+
+    def acceleration(self, tick: Tick) -> Array:
+        """Return the wanted acceleration (nv,)."""
+        return tick.a_ref - self.gains.kappa * tick.s
+
+    def contact_accelerations(self, tick: Tick) -> Array:
+        """Return `J a` (r,) that keeps or closes the contacts; `drift` holds the rate's own."""
+        rows, c = tick.rows, self.gains.contact_rate
+        violation = rows.J @ tick.measured.v - rows.rate
+        return -rows.drift - 2.0 * c * violation - c * c * rows.residual
+
+    def more_bounds(self, tick: Tick, M: Array, h: Array) -> tuple[Array, Array, Array]:
+        """Return further bounds (A, lower, upper) on (a, f): none here."""
+        n = self.robot.nv + self.contacts.size
+        return np.zeros((0, n)), np.zeros(0), np.zeros(0)
+
+    def _bounds(
+        self, torque: Array, h: Array, more: tuple[Array, Array, Array]
+    ) -> tuple[Array, Array, Array]:
+        """Return torque limits, the floor's bounds, what only pushes, and more."""
+        nv, floor = self.robot.nv, self.floor
+        limit = self.robot.tau_max
+        n = torque.shape[1]
+        cones = np.zeros((len(floor.b), n))
+        cones[:, nv + self.contacts.supporting_rows] = floor.A
+        push = np.zeros((len(self.pressing), n))
+        push[np.arange(len(self.pressing)), nv + self.pressing] = 1.0
+        above = np.concatenate((floor.b, np.zeros(len(push))))
+        return (
+            np.vstack((torque, cones, push, more[0])),
+            np.concatenate((-limit - h, above, more[1])),
+            np.concatenate((limit - h, np.full(len(above), np.inf), more[2])),
+        )

@@ -10,7 +10,7 @@ from equipoise.control.base_wrench.bounded import ReactionBounds, bounds_of, req
 from equipoise.control.rivals.quadratic import minimise
 from equipoise.spatial import Array
 
-SHORTFALL = 1e8  # what a newton of the wrench that no force gives costs, beside costs near 1
+SHORTFALL = 1e4  # what a newton of the wrench that no force gives costs, beside costs near 1
 
 
 class Floor:
@@ -38,11 +38,11 @@ class Floor:
     def within_bounds(self, wrench: Array, J_base: Array) -> Array:
         """Return the F (k,) of least cost within the bounds, with as much of the wrench as goes."""
         k, b = self.size, len(wrench)
-        weights = np.concatenate((self.costs**2, np.full(b, SHORTFALL)))
+        metric = np.concatenate((self.costs, np.full(b, SHORTFALL)))
         equal = np.hstack((J_base.T, np.eye(b))), wrench
         bounds = (
             np.hstack((self.A, np.zeros((len(self.b), b)))),
             self.b,
             np.full(len(self.b), np.inf),
         )
-        return minimise(weights, np.zeros(k + b), equal, bounds).x[:k]
+        return minimise(metric, np.zeros(k + b), equal, bounds).x[:k]

@@ -8,9 +8,9 @@ from equipoise.control.rivals.quadratic import minimise
 from equipoise.control.rivals.rival import Rival, Tick, Wanted
 from equipoise.spatial import Array
 
-FORCE_WEIGHT = 1e-3  # (m/s^2)^2 a N^2, of a wanted contact force: task of its own
-SUPPORT_WEIGHT = 1e-7  # of a supporting force times its cost: regularisation
-OTHER_WEIGHT = 1e-5  # of every other multiplier: regularisation
+FORCE_WEIGHT = 1e-1  # [1/kg] of a wanted contact force: a task of its own
+SUPPORT_WEIGHT = 1e-5  # [1/kg] of a supporting force times its cost: regularisation
+OTHER_WEIGHT = 1e-3  # [1/kg] of every other multiplier: regularisation
 
 
 class InverseDynamicsQP(Rival):
@@ -18,9 +18,9 @@ class InverseDynamicsQP(Rival):
 
     Unknowns `a` (nv,) and `f` (r,), torques eliminated:
 
-        min  |a - a_w|^2 + sum_i w_i (f_i - f_w,i)^2
-        with M_b a + h_b = J_b^T f                                  (the base has no motor)
-             J a = rate' - drift - 2 c (J v - rate) - c^2 residual   (contacts hold, c: contact_rate)
+        min  |a - a_w|_M^2 + sum_i w_i (f_i - f_w,i)^2
+        with M_b a + h_b = J_b^T f                              (the base has no motor)
+             J a = -drift - 2 c (J v - rate) - c^2 residual     (contacts hold; c: contact_rate)
              |M_j a + h_j - J_j^T f| <= tau_max
              floor: pyramids, centres of pressure, yaw moments; f >= 0 of what only pushes
         a_w = a_ref - kappa (dv + alpha dq + k_i z)
@@ -29,8 +29,12 @@ class InverseDynamicsQP(Rival):
     Source: Del Prete, Mansard, Ramos, Stasse and Nori 2016 (the program with torques eliminated,
     section "TSID"), and the library TSID, `InverseDynamicsFormulationAccForce`. Differs: a sole
     has its wrench as unknown and the wrench cone as bounds, where TSID has forces at four corners
-    (the same set for equal pyramids); the integral of force error and `k_i` are ours.
+    (the same set for equal pyramids); one task for the whole configuration, weighted by M (least
+    constraint), where TSID adds tasks with a scalar each: `plain` weighs it so, by 1; the integral
+    of force error and `k_i` are ours.
     """
+
+    plain = False
 
     def wanted(self, tick: Tick) -> Wanted:
         """Return the torque of the optimum."""
@@ -39,10 +43,12 @@ class InverseDynamicsQP(Rival):
         base, nv, r = robot.nv_base, robot.nv, contacts.size
         M, h, J = self.dynamics.inertia(q), self.dynamics.bias(q, v), rows.J
         a_w = self.acceleration(tick)
-        weights, goal = np.ones(nv + r), np.concatenate((a_w, tick.forces))
-        weights[nv:] = OTHER_WEIGHT
-        weights[nv + contacts.regulated_rows] = FORCE_WEIGHT
-        weights[nv + contacts.supporting_rows] = SUPPORT_WEIGHT * self.floor.costs**2
+        metric, goal = np.zeros((nv + r, nv + r)), np.concatenate((a_w, tick.forces))
+        metric[:nv, :nv] = np.eye(nv) if self.plain else np.linalg.cholesky(M).T
+        weights = np.full(r, OTHER_WEIGHT)
+        weights[contacts.regulated_rows] = FORCE_WEIGHT
+        weights[contacts.supporting_rows] = SUPPORT_WEIGHT * self.floor.costs**2
+        metric[range(nv, nv + r), range(nv, nv + r)] = np.sqrt(weights)
         free = np.hstack((M, -J.T))  # times (a, f), plus h: what the motors give
         equal = (
             np.vstack((free[:base], np.hstack((J, np.zeros((r, r)))))),
@@ -52,7 +58,7 @@ class InverseDynamicsQP(Rival):
         A, lower, upper = self._bounds(free[base:], h[base:], more)
         soft = np.zeros(len(lower), dtype=bool)
         soft[robot.na :] = True
-        x = minimise(weights, goal, equal, (A, lower, upper), soft).x
+        x = minimise(metric, goal, equal, (A, lower, upper), soft).x
         a, f = x[:nv], x[nv:]
         u = M @ a + h - J[self.others].T @ f[self.others]
         return Wanted((M @ a + h - J.T @ f)[base:], u, f[contacts.supporting_rows])

@@ -30,27 +30,27 @@ class Answer:
 
 
 def minimise(
-    weights: Array, goal: Array, equal: tuple[Array, Array], bounds: tuple[Array, Array, Array],
+    metric: Array, goal: Array, equal: tuple[Array, Array], bounds: tuple[Array, Array, Array],
     soft: Array | None = None,
 ) -> Answer:  # fmt: skip
-    """Minimise `sum weights (x - goal)^2` with `E x = e` and `lower <= A x <= upper`.
+    """Minimise `|metric (x - goal)|^2` with `E x = e` and `lower <= A x <= upper`.
 
-    `weights` (n,) are positive. `equal` is (E, e), `bounds` is (A, lower, upper). Equalities that
-    repeat others are met as well as the others allow. If the rest cannot be met, the rows marked
-    in `soft` (m,) may be violated, as little as possible; `solved` is then False.
+    `metric` (n, n) is regular, or its diagonal (n,). `equal` is (E, e), `bounds` (A, lower, upper).
+    Equalities that repeat others are met as well as the others allow. If the rest cannot be met,
+    the rows marked in `soft` (m,) may be violated, as little as possible; `solved` is then False.
     """
-    scale = 1.0 / np.sqrt(weights)
-    start, Z = _eliminated(equal[0] * scale, equal[1])
-    wanted = goal / scale
-    # x = scale (start + Z z): with orthonormal Z the cost is |z - Z^T (wanted - start)|^2 + const
+    B = np.diag(1.0 / metric) if metric.ndim == 1 else np.linalg.inv(metric)
+    start, Z = _eliminated(equal[0] @ B, equal[1])
+    wanted = metric * goal if metric.ndim == 1 else metric @ goal
+    # x = B (start + Z z): with orthonormal Z the cost is |z - Z^T (wanted - start)|^2 + constant
     z = Z.T @ (wanted - start)
-    x = scale * (start + Z @ z)
+    x = B @ (start + Z @ z)
     A, lower, upper = bounds
     at = A @ x
     if (at >= lower - HELD).all() and (at <= upper + HELD).all():
         return Answer(x, True, False)
-    C = np.ascontiguousarray((A * scale) @ Z)
-    offset = A @ (scale * start)
+    AB = A @ B
+    C, offset = np.ascontiguousarray(AB @ Z), AB @ start
     for allowed in (None, soft):
         sense = np.zeros(len(lower), dtype=np.int32)
         if allowed is not None:
@@ -59,14 +59,14 @@ def minimise(
             np.eye(len(z)), -z, C, upper - offset, lower - offset, sense, primal_tol=1e-8
         )
         if flag in SOLVED:
-            return Answer(scale * (start + Z @ np.array(found)), allowed is None, True)
+            return Answer(B @ (start + Z @ np.array(found)), allowed is None, True)
         if soft is None:
             break
     return Answer(x, False, True)
 
 
 def _eliminated(E: Array, e: Array) -> tuple[Array, Array]:
-    """Return the least x (n,) with `E x = e`, and orthonormal columns that E does not see."""
+    """Return the least y (n,) with `E y = e`, and orthonormal columns that E does not see."""
     if not len(E):
         return np.zeros(E.shape[1]), np.eye(E.shape[1])
     Q, R, order = scipy.linalg.qr(E.T, pivoting=True, check_finite=False)

@@ -1,4 +1,4 @@
-"""What all rivals share: errors, integrals, hand-over, clamping, memory; the law itself is theirs."""
+"""What all rivals share: errors, integrals, hand-over, clamping, memory; the law is their own."""
 
 from __future__ import annotations
 
@@ -38,8 +38,9 @@ FORCE_MAX = 4.0  # [N s] of a force error that its integral keeps at most
 class Tick:
     """What a rival's law sees: the state, its errors, and what is wanted.
 
-    `dq`, `dv`, `s` = dv + alpha dq + k_i z, `a_ref` (nv,) [reference, in axes of the measured
-    base]; `lam_ref` (k,) of the regulated rows; `forces` (r,): the wanted multiplier of every row that does not support.
+    `dq`, `dv`, `s` = dv + alpha dq + k_i z and `a_ref` (nv,) are in axes of the measured base;
+    `lam_ref` (k,) is that of the regulated rows; `forces` (r,): the wanted multiplier of every row
+    that does not support, zero of those that do.
     """
 
     t: float

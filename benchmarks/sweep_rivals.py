@@ -109,8 +109,8 @@ def run(
         read_scenario(
             scenario,
             [
-                f"physics.engine={engine}", f"duration={SECONDS[scenario]}", "control.start=standing",
-                f"control.kind={kind}", *own, *changes,
+                f"physics.engine={engine}", f"duration={SECONDS[scenario]}",
+                "control.start=standing", f"control.kind={kind}", *own, *changes,
             ],
         )
     )  # fmt: skip

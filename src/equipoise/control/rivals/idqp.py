@@ -35,6 +35,7 @@ class InverseDynamicsQP(Rival):
     """
 
     plain = False
+    support_weight = SUPPORT_WEIGHT
 
     def wanted(self, tick: Tick) -> Wanted:
         """Return the torque of the optimum."""
@@ -47,7 +48,7 @@ class InverseDynamicsQP(Rival):
         metric[:nv, :nv] = np.eye(nv) if self.plain else np.linalg.cholesky(M).T
         weights = np.full(r, OTHER_WEIGHT)
         weights[contacts.regulated_rows] = FORCE_WEIGHT
-        weights[contacts.supporting_rows] = SUPPORT_WEIGHT * self.floor.costs**2
+        weights[contacts.supporting_rows] = self.support_weight * self.floor.costs**2
         metric[range(nv, nv + r), range(nv, nv + r)] = np.sqrt(weights)
         free = np.hstack((M, -J.T))  # times (a, f), plus h: what the motors give
         equal = (

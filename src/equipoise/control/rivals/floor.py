@@ -27,7 +27,8 @@ class Floor:
         rows = [bounds_of(foot, bounds or ReactionBounds()) for foot in feet]
         self.size = sum(foot.size for foot in feet)
         self.costs = np.concatenate([np.zeros(0), *(sum(foot.reaction_costs()) for foot in feet)])
-        self.A = scipy.linalg.block_diag(*(part.A for part in rows)).reshape(-1, self.size)
+        blocks = scipy.linalg.block_diag(*(part.A for part in rows))
+        self.A = blocks if rows else np.zeros((0, 0))
         self.b = np.concatenate([np.zeros(0), *(part.b for part in rows)])
 
     def least(self, wrench: Array, J_base: Array) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from equipoise.control.rivals.quadratic import minimise
@@ -11,6 +13,21 @@ from equipoise.spatial import Array
 FORCE_WEIGHT = 1e-1  # [1/kg] of a wanted contact force: a task of its own
 SUPPORT_WEIGHT = 1e-5  # [1/kg] of a supporting force times its cost: regularisation
 OTHER_WEIGHT = 1e-3  # [1/kg] of every other multiplier: regularisation
+
+
+class Optimum(NamedTuple):
+    """Accelerations `a`, forces `f`, torques `tau` of a program, with the dynamics behind them.
+
+    `solved`: no bound had to be violated; `bounded`: a bound had a say.
+    """
+
+    a: Array
+    f: Array
+    tau: Array
+    M: Array
+    h: Array
+    solved: bool
+    bounded: bool
 
 
 class InverseDynamicsQP(Rival):
@@ -39,30 +56,40 @@ class InverseDynamicsQP(Rival):
 
     def wanted(self, tick: Tick) -> Wanted:
         """Return the torque of the optimum."""
-        robot, rows, contacts = self.robot, tick.rows, self.contacts
-        q, v = tick.measured.q, tick.measured.v
-        base, nv, r = robot.nv_base, robot.nv, contacts.size
-        M, h, J = self.dynamics.inertia(q), self.dynamics.bias(q, v), rows.J
-        a_w = self.acceleration(tick)
-        metric, goal = np.zeros((nv + r, nv + r)), np.concatenate((a_w, tick.forces))
-        metric[:nv, :nv] = np.eye(nv) if self.plain else np.linalg.cholesky(M).T
-        weights = np.full(r, OTHER_WEIGHT)
-        weights[contacts.regulated_rows] = FORCE_WEIGHT
-        weights[contacts.supporting_rows] = self.support_weight * self.floor.costs**2
-        metric[range(nv, nv + r), range(nv, nv + r)] = np.sqrt(weights)
-        free = np.hstack((M, -J.T))  # times (a, f), plus h: what the motors give
+        found = self.optimum(tick)
+        others = self.others
+        u = found.M @ found.a + found.h - tick.rows.J[others].T @ found.f[others]
+        return Wanted(found.tau, u, found.f[self.contacts.supporting_rows])
+
+    def optimum(self, tick: Tick) -> Optimum:
+        """Solve the program of a tick."""
+        nv, J, base = self.robot.nv, tick.rows.J, self.robot.nv_base
+        r = len(J)
+        M = self.dynamics.inertia(tick.measured.q)
+        h = self.dynamics.bias(tick.measured.q, tick.measured.v)
+        give = np.hstack((M, -J.T))  # times (a, f), plus h: what the motors give
         equal = (
-            np.vstack((free[:base], np.hstack((J, np.zeros((r, r)))))),
+            np.vstack((give[:base], np.hstack((J, np.zeros((r, r)))))),
             np.concatenate((-h[:base], self.contact_accelerations(tick))),
         )
-        more = self.more_bounds(tick, M, h)
-        A, lower, upper = self._bounds(free[base:], h[base:], more)
-        soft = np.zeros(len(lower), dtype=bool)
-        soft[robot.na :] = True
-        x = minimise(metric, goal, equal, (A, lower, upper), soft).x
-        a, f = x[:nv], x[nv:]
-        u = M @ a + h - J[self.others].T @ f[self.others]
-        return Wanted((M @ a + h - J.T @ f)[base:], u, f[contacts.supporting_rows])
+        bounds = self._bounds(give[base:], h[base:], self.more_bounds(tick, M, h))
+        soft = np.arange(len(bounds[1])) >= self.robot.na  # motors cannot give more
+        goal = np.concatenate((self.acceleration(tick), tick.forces))
+        answer = minimise(self._metric(M), goal, equal, bounds, soft)
+        a, f = answer.x[:nv], answer.x[nv:]
+        tau = (M @ a + h - J.T @ f)[base:]
+        return Optimum(a, f, tau, M, h, answer.solved, answer.bounded)
+
+    def _metric(self, M: Array) -> Array:
+        """Return the factor of the weights of (a, f)."""
+        nv, contacts = self.robot.nv, self.contacts
+        weights = np.full(contacts.size, OTHER_WEIGHT)
+        weights[contacts.regulated_rows] = FORCE_WEIGHT
+        weights[contacts.supporting_rows] = self.support_weight * self.floor.costs**2
+        metric = np.diag(np.concatenate((np.ones(nv), np.sqrt(weights))))
+        if not self.plain:
+            metric[:nv, :nv] = np.linalg.cholesky(M).T
+        return metric
 
     def acceleration(self, tick: Tick) -> Array:
         """Return the wanted acceleration (nv,)."""

@@ -21,9 +21,9 @@ class PassiveQP(InverseDynamicsQP):
 
     which is `dV/dt <= 0` on contacts that hold (dv = e). It is linear in a, and never in conflict
     with the contacts' equalities; it yields together with the floor's bounds where motors do not
-    suffice. Source: Kurtz, Wensing and Lin 2021 (CDC, passivity as a row of a whole-body
-    program); energy of PD+ as in Paden and Panja 1988. Differs: a bound without external forces
-    in it, and a storage with a constant spring.
+    suffice. Source: Kurtz, Wensing, Lemmon and Lin 2021 (RA-L 6(2)), a whole-body program with a
+    row that bounds the rate of a storage, so that the robot is passive; the storage is that of
+    PD+ (Paden and Panja 1988). Differs: it is the storage of the whole configuration's error.
     """
 
     def more_bounds(self, tick: Tick, M: Array, h: Array) -> tuple[Array, Array, Array]:

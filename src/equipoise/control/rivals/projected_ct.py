@@ -33,7 +33,7 @@ class ProjectedComputedTorque(InverseDynamicsQP):
         J_S = tick.rows.J[self.contacts.supporting_rows]
         Q = _range_of(J_S.T)
         P = np.eye(nv) - Q @ Q.T
-        tau: Array = np.linalg.lstsq(P[:, base:], P @ u, rcond=RANK)[0]
+        tau = np.asarray(np.linalg.lstsq(P[:, base:], P @ u, rcond=RANK)[0], dtype=float)
         rest = u - np.concatenate((np.zeros(base), tau))
         F = np.linalg.lstsq(J_S.T, rest, rcond=RANK)[0] if len(J_S) else np.zeros(0)
         return Wanted(tau, u, F)

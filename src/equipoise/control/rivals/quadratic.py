@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import daqp
 import numpy as np
 import scipy.linalg
+from numpy.typing import NDArray
 
 from equipoise.spatial import Array
 
@@ -31,7 +32,7 @@ class Answer:
 
 def minimise(
     metric: Array, goal: Array, equal: tuple[Array, Array], bounds: tuple[Array, Array, Array],
-    soft: Array | None = None,
+    soft: NDArray[np.bool_] | None = None,
 ) -> Answer:  # fmt: skip
     """Minimise `|metric (x - goal)|^2` with `E x = e` and `lower <= A x <= upper`.
 

@@ -1,8 +1,8 @@
 """Find the gains of the rivals: every pair of a small grid, in nominal and disturbed runs.
 
 `python benchmarks/sweep_rivals.py press mujoco --out rivals_press.jsonl` runs and prints one line a
-run; `--table FILE` prints what a file holds as a table. Chosen are, of the gains that stand in all
-conditions, those with the least palm error in the worst of them.
+run; what the file holds already is not run again. `--table FILE` prints it as a table. Chosen are,
+of the gains that stand in all conditions, those with the least palm error in the worst of them.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ CONDITIONS = {
 }
 SECONDS = {"press": 1.6, "tray": 2.5}
 PAIRS = {
-    "mujoco": [(50, 10), (100, 10), (100, 20), (150, 20), (200, 20)],
-    "rigid": [(50, 10), (100, 20), (200, 20), (300, 20), (300, 40)],
+    "mujoco": [(50, 10), (100, 10), (100, 20), (150, 20), (200, 20), (300, 20)],
+    "rigid": [(100, 20), (200, 20), (300, 20), (300, 40)],
 }
 FURTHER = {  # beside kappa and alpha; on rigid contacts the others hardly matter
     "mujoco": {
-        "idqp": {"contact_rate": [10, 30]},
+        "idqp": {"contact_rate": [10, 30, 60]},
         "idqp_i": {"k_i": [5, 10, 20]},
         "admittance": {"k_f": [5, 10, 20]},
     },
-    "rigid": {"idqp_i": {"k_i": [5, 10]}},
+    "rigid": {"idqp_i": {"k_i": [5, 20]}},
 }
 KINDS = (
     "idqp", "idqp_i", "gravity_contacts", "pd_plus", "projected_ct", "passive_qp", "hybrid",
@@ -74,8 +74,12 @@ def main() -> None:
     if given.table is not None:
         print(table(given.table))
         return
+    text = given.out.read_text("utf-8") if given.out is not None and given.out.exists() else ""
+    done = [(row["kind"], row["gains"]) for row in map(json.loads, text.splitlines())]
     for kind in given.kinds:
         for gains in grid(kind, given.engine):
+            if (kind, gains) in done:
+                continue
             row = {"kind": kind, "gains": gains, "runs": {}}
             for name, changes in CONDITIONS[given.scenario].items():
                 outcome = run(given.scenario, given.engine, kind, gains, changes)

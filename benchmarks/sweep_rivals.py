@@ -3,6 +3,7 @@
 `python benchmarks/sweep_rivals.py press mujoco --out rivals_press.jsonl` runs and prints one line a
 run; what the file holds already is not run again. `--table FILE` prints it as a table. Chosen are,
 of the gains that stand in all conditions, those with the least palm error in the worst of them.
+`--nominal` prints every rival with the gains that it has, on whole nominal runs.
 """
 
 from __future__ import annotations
@@ -34,19 +35,20 @@ CONDITIONS = {
         "1 ms, 5 kg": [f"{LATE}=0.001", "disturbances.payloads=[{mass: 5, object: tray}]"],
     },
 }
-SECONDS = {"press": 1.6, "tray": 2.5}
+SECONDS = {"press": 1.6, "tray": 2.0}
 PAIRS = {
     "mujoco": [(50, 10), (100, 10), (100, 20), (150, 20), (200, 20), (300, 20)],
-    "rigid": [(100, 20), (200, 20), (300, 20), (300, 40)],
+    "rigid": [(100, 20), (300, 20), (300, 40)],
 }
 FURTHER = {  # beside kappa and alpha; on rigid contacts the others hardly matter
     "mujoco": {
         "idqp": {"contact_rate": [10, 30, 60]},
         "idqp_i": {"k_i": [5, 10, 20]},
-        "admittance": {"k_f": [5, 10, 20]},
+        "admittance": {"k_f": [5, 20]},
     },
     "rigid": {"idqp_i": {"k_i": [5, 20]}},
 }
+NOMINAL = (("tray", "rigid"), ("press", "rigid"), ("press", "mujoco"))
 KINDS = (
     "idqp", "idqp_i", "gravity_contacts", "pd_plus", "projected_ct", "passive_qp", "hybrid",
     "admittance",
@@ -70,9 +72,13 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="*", default=KINDS)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--table", type=Path)
+    parser.add_argument("--nominal", action="store_true")
     given = parser.parse_args()
     if given.table is not None:
         print(table(given.table))
+        return
+    if given.nominal:
+        print_nominal(given.kinds)
         return
     text = given.out.read_text("utf-8") if given.out is not None and given.out.exists() else ""
     done = [(row["kind"], row["gains"]) for row in map(json.loads, text.splitlines())]
@@ -82,7 +88,10 @@ def main() -> None:
                 continue
             row = {"kind": kind, "gains": gains, "runs": {}}
             for name, changes in CONDITIONS[given.scenario].items():
-                outcome = run(given.scenario, given.engine, kind, gains, changes)
+                outcome = run(
+                    given.scenario,
+                    changes_of(given.scenario, given.engine, kind, gains, changes),
+                )
                 row["runs"][name] = vars(outcome)
                 if not outcome.stands:
                     break  # out of the choice: the other conditions are not asked
@@ -104,22 +113,32 @@ def grid(kind: str, engine: str) -> Iterator[dict[str, float]]:
             yield {"kappa": kappa, "alpha": alpha}
 
 
-def run(
-    scenario: str, engine: str, kind: str, gains: dict[str, float], changes: list[str]
-) -> Outcome:
-    """Run a scenario with a rival and say how far its palms were from their reference."""
+def print_nominal(kinds: tuple[str, ...]) -> None:
+    """Print a Markdown table of whole nominal runs."""
+    names = [f"{scenario}, {engine}" for scenario, engine in NOMINAL]
+    print("| rival | " + " | ".join(names) + " |\n" + "|---" * (len(names) + 1) + "|")
+    for kind in kinds:
+        cells = [
+            _cell(vars(run(scenario, [f"physics.engine={engine}", f"control.kind={kind}"])))
+            for scenario, engine in NOMINAL
+        ]
+        print(f"| `{kind}` | " + " | ".join(cells) + " |", flush=True)
+
+
+def changes_of(
+    scenario: str, engine: str, kind: str, gains: dict[str, float], condition: list[str]
+) -> list[str]:
+    """Return the overrides of a run of the sweep."""
     own = [f"control.rival.{name}={value}" for name, value in gains.items()]
-    simulation = Simulation(
-        read_scenario(
-            scenario,
-            [
-                f"physics.engine={engine}", f"duration={SECONDS[scenario]}",
-                "control.start=standing", f"control.kind={kind}", *own, *changes,
-            ],
-        )
-    )  # fmt: skip
+    start = ["control.start=standing", f"duration={SECONDS[scenario]}"]
+    return [f"physics.engine={engine}", *start, f"control.kind={kind}", *own, *condition]
+
+
+def run(scenario: str, changes: list[str]) -> Outcome:
+    """Run a scenario with a rival and say how far its palms were from their reference."""
+    simulation = Simulation(read_scenario(scenario, changes))
     robot, dt = simulation.robot, simulation.dt
-    settled = SECONDS[scenario] / 2.0
+    settled = min(1.0, simulation.scenario.duration / 2.0)
     palms, forces = [0.0], [0.0]
     supervisor = simulation.controller.supervisor
     try:

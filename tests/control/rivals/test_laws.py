@@ -6,8 +6,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from equipoise.contacts import ContactStack
 from equipoise.control import Measurement, Reference
 from equipoise.control.rivals.idqp import InverseDynamicsQP
+from fixed_arm import Arm
 from rival_ticks import DT, LAWS, random_tick, rival_at, seen_by, soles_only
 
 PROGRAMS = pytest.mark.parametrize("kind", ["idqp", "passive_qp"])
@@ -195,3 +197,21 @@ def test_an_admittance_gives_way_with_the_force_error(hrp2):
     J_f = tick.rows.J[rival.contacts.regulated_rows]
     compliance = (J_f @ np.linalg.solve(K, J_f.T)).item()
     assert (J_f @ rival.memory["shift"]).item() == pytest.approx(4.0 * compliance * 3.0 * 5 * DT)
+
+
+@pytest.mark.parametrize("kind", LAWS)
+def test_on_a_fixed_base_without_contacts_it_is_the_law_of_an_arm(kind, rng):
+    """Inverse dynamics, PD+ or gravity and PD, as in textbooks: nobody carries a base."""
+    arm = Arm()
+    q_ref = arm.q_half_sitting
+    q, v = q_ref + rng.normal(size=3) * 0.01, rng.normal(size=3) * 0.01
+    rival = rival_at(arm, q_ref, LAWS[kind], stack=ContactStack([]))
+    still = Reference(q_ref, np.zeros(3), np.zeros(0))
+    tau = rival.step(0.0, Measurement(q, v, np.zeros(0)), still).tau
+    data, s = arm.model.createData(), v + 20.0 * (q - q_ref)
+    if kind in ("idqp", "passive_qp", "projected_ct"):
+        expected = pin.rnea(arm.model, data, q, v, -100.0 * s)
+    else:
+        M = rival.dynamics.inertia(q)
+        expected = pin.computeGeneralizedGravity(arm.model, data, q) - 100.0 * M @ s
+    np.testing.assert_allclose(tau, expected, atol=1e-9)

@@ -49,11 +49,13 @@ class RivalKind:
         return self.law(robot, contacts, self.gains, period, handover=gains.handover)
 
 
-RIGID, SOFT = RivalGains(kappa=300.0, alpha=20.0), RivalGains(kappa=100.0, alpha=20.0)
+# found by benchmarks/sweep_rivals.py; docs/rivals.md has its tables
+RIGID = RivalGains(kappa=300.0, alpha=20.0)
+SOFT = RivalGains(kappa=200.0, alpha=20.0, contact_rate=60.0)
 
 RIVALS: dict[str, RivalKind] = {
     "idqp": RivalKind(InverseDynamicsQP, RIGID, SOFT),
-    "idqp_i": RivalKind(InverseDynamicsQP, replace(RIGID, k_i=5.0), replace(SOFT, k_i=5.0)),
+    "idqp_i": RivalKind(InverseDynamicsQP, replace(RIGID, k_i=20.0), replace(SOFT, k_i=20.0)),
     "gravity_contacts": RivalKind(GravityContacts, RIGID, SOFT),
     "pd_plus": RivalKind(PDPlus, RIGID, SOFT),
     "projected_ct": RivalKind(ProjectedComputedTorque, RIGID, SOFT),

@@ -43,7 +43,7 @@ PAIRS = {
 FURTHER = {  # beside kappa and alpha; on rigid contacts the others hardly matter
     "mujoco": {
         "idqp": {"contact_rate": [10, 30, 60]},
-        "idqp_i": {"k_i": [5, 10, 20]},
+        "idqp_i": {"k_i": [5, 10, 20, 50]},
         "admittance": {"k_f": [5, 20]},
     },
     "rigid": {"idqp_i": {"k_i": [5, 20]}},

@@ -61,5 +61,5 @@ RIVALS: dict[str, RivalKind] = {
     "projected_ct": RivalKind(ProjectedComputedTorque, RIGID, SOFT),
     "passive_qp": RivalKind(PassiveQP, RIGID, SOFT),
     "hybrid": RivalKind(HybridPositionForce, RIGID, SOFT),
-    "admittance": RivalKind(Admittance, RIGID, SOFT),
+    "admittance": RivalKind(Admittance, replace(RIGID, k_f=20.0), replace(SOFT, k_f=20.0)),
 }

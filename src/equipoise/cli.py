@@ -47,14 +47,38 @@ def page_options(command: Callable[..., None]) -> Callable[..., None]:
     return with_address
 
 
+def change_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add what changes a scenario; the command gets all of it as `overrides`."""
+
+    @click.option(
+        "--set",
+        "overrides",
+        multiple=True,
+        metavar="PATH=VALUE",
+        help="Change a value; repeatable.",
+    )
+    @click.option("--physics", "engine", metavar="ENGINE", help="Engine: rigid or mujoco.")
+    @click.option(
+        "--controller", "kind", metavar="KIND", help="Controller: passivity or a rival, say idqp."
+    )
+    @wraps(command)
+    def with_overrides(
+        *, overrides: tuple[str, ...], engine: str | None, kind: str | None, **given: Any
+    ) -> None:
+        if engine is not None:
+            overrides = (*overrides, f"physics.engine={engine}")
+        if kind is not None:
+            overrides = (*overrides, f"control.kind={kind}")
+        command(overrides=overrides, **given)
+
+    return with_overrides
+
+
 @cli.command()
 @click.argument("scenario")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the run (must be new).")
-@click.option(
-    "--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change one value; repeatable."
-)
+@change_options
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
-@click.option("--physics", "engine", metavar="ENGINE", help="Engine: rigid or mujoco.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")
 @page_options
@@ -63,7 +87,6 @@ def run(
     out: Path | None,
     overrides: tuple[str, ...],
     robot: str | None,
-    engine: str | None,
     no_figures: bool,
     watched: bool,
     address: tuple[str, int | None],
@@ -82,8 +105,6 @@ def run(
     from equipoise.api import run_scenario
     from equipoise.console import Progress, print_figures, print_summary
 
-    if engine is not None:
-        overrides = (*overrides, f"physics.engine={engine}")
     watch = None
     if watched:
         from equipoise.viewer.commands import Watch

@@ -1,6 +1,7 @@
 """The kinds of controllers that a scenario can name (`control.kind`), and how each is made.
 
 The shipped law stands here as None: it is made by whoever runs it, in the workspace of its tick.
+Its rivals follow, with gains of their own.
 """
 
 from __future__ import annotations
@@ -10,12 +11,13 @@ from collections.abc import Callable
 from equipoise.contacts import ContactStack
 from equipoise.control.interface import Controller
 from equipoise.control.passivity.gains import ControlGains
+from equipoise.control.rivals.kinds import RIVALS
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.robots import Robot
 
 MakeController = Callable[[Robot, ContactStack, ControlGains, float], Controller]
 
-CONTROLLERS: dict[str, MakeController | None] = {"passivity": None}
+CONTROLLERS: dict[str, MakeController | None] = {"passivity": None, **RIVALS}
 
 
 def register_controller(kind: str, make: MakeController) -> None:

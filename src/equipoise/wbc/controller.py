@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.compiled.workspace import Workspace
 from equipoise.contacts import Contact, ContactSchedule, ContactStack
@@ -364,6 +365,8 @@ class WholeBodyController:
         """Note which contacts hold, and what they want."""
         self._held = stack
         self._rows_held = stack.size
+        if self.law is None:  # the law holds them itself; a kernel reads from it what is wanted
+            self._law_program.hold(self.workspace, stack)
         wanted = [
             self.rows[f"{contact.name}/{label}"]
             for contact in stack.contacts
@@ -466,6 +469,8 @@ class WholeBodyController:
         q_ref, v_ref = parts["reference"].q.copy(), parts["tasks"].v_ref.copy()
         lam_ref = parts["law"].lam_ref[: len(self._wanted_held)].copy()
         measured, reference = Measurement(q, v, lam), Reference(q_ref, v_ref, lam_ref)
+        if self.law is None and self.settings.governor is not None and np.isfinite(q).all():
+            parts["law"].dq[:] = pin.difference(self.robot.model, q_ref, q)  # what it slows by
         command = self.supervisor.step(t, measured, reference)
         self._write(result, reference, command)
         tick(*self._blocks, t, q, v, lam, MOVE, result)

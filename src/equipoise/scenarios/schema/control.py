@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from equipoise.scenarios.schema.base import NotNegative, Positive, Section
+from equipoise.scenarios.schema.base import NotNegative, Positive, Section, Vector3
 
 
 class SignSpec(Section):
@@ -71,10 +71,38 @@ class GovernorSpec(Section):
         return self
 
 
+class ModelSpec(Section):
+    """The model of the dynamics that a controller knows, the shipped law excepted: it has none.
+
+    It is the nominal robot with the rotors of the engine, its masses and inertias multiplied by
+    `mass_scale` and every centre of mass moved by `com_shift` [m], in axes of its joint.
+    """
+
+    mass_scale: Positive = 1.0
+    com_shift: Vector3 = [0.0, 0.0, 0.0]
+
+
+class RivalSpec(Section):
+    """Gains of a rival controller [1/s] (`docs/rivals.md`); what is left out has its default.
+
+    `kappa` and `alpha` of the posture, `k_i` of its integral, `k_f` of the integral of a force,
+    `contact_rate` at which a violated contact is wanted to close.
+    """
+
+    kappa: Positive | None = None
+    alpha: Positive | None = None
+    k_i: NotNegative | None = None
+    k_f: NotNegative | None = None
+    contact_rate: Positive | None = None
+
+
 class ControlSpec(Section):
     """Control period, controller, hierarchy solver, gains, and how the robot is found.
 
-    `kind` of the controller: `passivity` is the paper's law; a program may register others.
+    `kind` of the controller: `passivity` is the paper's law; its rivals are `idqp`, `idqp_i`,
+    `gravity_contacts`, `pd_plus`, `projected_ct`, `passive_qp`, `hybrid` and `admittance`; a
+    program may register others. `model` is what such a controller knows of the robot, `rival` the
+    gains of a rival: those of `gains` belong to the paper's law, all but `handover`.
 
     `distribution` of the base wrench over the soles: `least` cost, or `bounded` so that the floor
     can give the predicted reaction (pressing, in the cones, pressure inside the soles); left out it
@@ -101,4 +129,6 @@ class ControlSpec(Section):
     reaction_filter: NotNegative = 0.02
     soft_floor_delay: NotNegative = 0.003
     gains: GainsSpec = GainsSpec()
+    model: ModelSpec = ModelSpec()
+    rival: RivalSpec = RivalSpec()
     governor: GovernorSpec | None = None

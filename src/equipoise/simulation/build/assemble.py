@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from equipoise.control import GainAdvice, ReactionBounds, advise_for_postures, advise_gains
 from equipoise.control.kinds import controller_maker
+from equipoise.control.rivals.kinds import RivalKind
 from equipoise.errors import NameNotFoundError
 from equipoise.hqp import make_solver
 from equipoise.motion import Governor, solve_posture
@@ -23,6 +24,7 @@ from equipoise.simulation.build.levels import (
     build_start_levels,
     tell_slowed,
 )
+from equipoise.simulation.build.rivals import known_robot, tuned_rival
 from equipoise.simulation.build.setup import Setup, build_setup
 from equipoise.simulation.robot_interface import SimulatedRobot
 from equipoise.spatial import Array
@@ -86,14 +88,18 @@ def _controller(
     scenario: schema.Scenario, setup: Setup, advice: GainAdvice
 ) -> NewController | None:
     """Return what makes the controller that the scenario names, None for the shipped law."""
+    control = scenario.control
     try:
-        make = controller_maker(scenario.control.kind)
+        make = controller_maker(control.kind)
     except NameNotFoundError as error:
         raise at_path(error, "control.kind") from None
     if make is None:
         return None
-    gains, period = to_control_gains(gains_of(scenario), advice), scenario.control.period
-    return lambda contacts: make(setup.robot, contacts, gains, period)
+    if isinstance(make, RivalKind):
+        make = tuned_rival(scenario, make)
+    gains, period = to_control_gains(gains_of(scenario), advice), control.period
+    known = known_robot(scenario, setup.robot)
+    return lambda contacts: make(known, contacts, gains, period)
 
 
 def starting_posture(scenario: schema.Scenario, setup: Setup) -> Array:

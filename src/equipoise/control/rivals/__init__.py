@@ -1,0 +1,1 @@
+"""Rivals of the shipped law: published controllers that know a nominal model of the dynamics."""

@@ -49,3 +49,13 @@ def plain_tree(node: Any) -> Any:
         if isinstance(node, kind):
             return kind(node)
     return str(node)
+
+
+def merged(base: Any, changes: Any) -> Any:
+    """Return `base` with `changes` written over it, mapping by mapping."""
+    if not (isinstance(base, dict) and isinstance(changes, dict)):
+        return changes
+    both = dict(base)
+    for key, value in changes.items():
+        both[key] = merged(base.get(key), value)
+    return both

@@ -1,4 +1,4 @@
-"""All commands, declared in one place: that is why it is long.
+"""The commands, declared in one place (those of studies in theirs): that is why it is long.
 
 Each imports what it needs when it is called, so that `--help` answers at once.
 """
@@ -16,6 +16,7 @@ import click
 
 from equipoise import __version__
 from equipoise.errors import EquipoiseError, InputError
+from equipoise.studies import commands as of_studies
 
 if TYPE_CHECKING:
     from equipoise.runlog import Run
@@ -31,6 +32,10 @@ def cli() -> None:
     Exit codes: 0 done (a run: and met its acceptance), 1 ran but did not meet it, 2 wrong input
     or a place that cannot be read or written.
     """
+
+
+for _command in (of_studies.study, of_studies.compare, of_studies.tune):
+    cli.add_command(_command)
 
 
 def page_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -53,6 +58,7 @@ def page_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option(
     "--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change one value; repeatable."
 )
+@click.option("--gains", type=click.Path(path_type=Path), help="File of gains (of equipoise tune).")
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
 @click.option("--physics", "engine", metavar="ENGINE", help="Engine: rigid or mujoco.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
@@ -62,6 +68,7 @@ def run(
     scenario: str,
     out: Path | None,
     overrides: tuple[str, ...],
+    gains: Path | None,
     robot: str | None,
     engine: str | None,
     no_figures: bool,
@@ -82,6 +89,10 @@ def run(
     from equipoise.api import run_scenario
     from equipoise.console import Progress, print_figures, print_summary
 
+    if gains is not None:
+        from equipoise.scenarios.gains_file import gains_overrides
+
+        overrides = (*gains_overrides(gains), *overrides)
     if engine is not None:
         overrides = (*overrides, f"physics.engine={engine}")
     watch = None

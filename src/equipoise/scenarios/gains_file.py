@@ -1,4 +1,4 @@
-"""Files of gains: values of a scenario's `control` section that were found once and are used often."""
+"""Files of gains: values of a scenario's `control` section, found once and used often."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading a study file: shipped or one's own, for a robot, small or whole; errors with their line."""
+"""Reading a study file: shipped or one's own, for a robot, small or whole; errors with lines."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def _typed(arrow: Any, name: str, values: list[Any]) -> tuple[list[Any], Any]:
 
 
 def read_table(path: Path) -> dict[str, np.ndarray]:
-    """Return the columns of a Parquet file; what is missing is NaN, or "". Raises: `RunLogError`."""
+    """Return the columns of a Parquet file; missing values are NaN or "". Raises: `RunLogError`."""
     _arrow()
     from pyarrow import ArrowException, parquet
 

@@ -32,7 +32,8 @@ class ParameterSpec(Section):
     """What is varied: exactly one of `uniform` and `log_uniform` [low, high], `grid`, `choice`.
 
     `grid` is a list of numbers in order, `choice` of any values. `path` names the value of the
-    scenario that it sets, as `--set` does, `paths` several. `nominal` is its value where it is not varied, without one the scenario's.
+    scenario that it sets, as `--set` does, `paths` several. `nominal` is its value where it is not
+    varied, without one the scenario's.
     """
 
     uniform: Range | None = None

@@ -1,4 +1,4 @@
-"""The engine `cores`: one process a core; one that ends is replaced, and its batch is begun again."""
+"""The engine `cores`: a process a core; one that ends is replaced, its batch begun again."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 
@@ -133,10 +134,8 @@ class Cores:
         for worker in self._workers:
             if self._queue and worker.ready and worker.batch is None:
                 worker.batch = self._queue.popleft()
-                try:
+                with suppress(OSError):  # it ended: heard next, and the batch goes to another
                     worker.pipe.send(worker.batch)
-                except OSError:
-                    pass  # it ended; that is heard next, and the batch goes to another
 
     def close(self) -> None:
         """End all processes, at once."""

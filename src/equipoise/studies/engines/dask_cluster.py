@@ -1,4 +1,4 @@
-"""The engine `dask`: batches as tasks of a cluster, each released as soon as its results are here."""
+"""The engine `dask`: batches as tasks of a cluster, released as soon as their results are here."""
 
 from __future__ import annotations
 

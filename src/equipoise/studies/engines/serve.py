@@ -21,7 +21,7 @@ READY, RESULT, OVER, DISK = "ready", "result", "over", "disk"
 
 
 def serve(pipe: Connection) -> None:
-    """Work until the pipe is closed: first see whether kernels have to be compiled, then batches."""
+    """Work until the pipe is closed: see whether kernels have to be compiled, then do batches."""
     from equipoise.studies.batch import compiles, work_on
 
     study, runs = pipe.recv()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -18,6 +19,14 @@ from equipoise.studies.schema import StudySpec
 
 MOST_KILLS = 2  # a run that ends so many workers is not tried again
 BEGUN = "begun"
+
+
+class CompiledError(Exception):
+    """Kernels were compiled by this worker, which is not to be used any more.
+
+    A process that compiles has other copies of a kernel at hand than those that load what it kept,
+    and its last digits may differ: results are made by the others.
+    """
 
 
 @dataclass(frozen=True)
@@ -52,7 +61,8 @@ def work_on(
     """Do the runs of a batch that are not done yet; return all results, and whether they are kept.
 
     A result is kept as soon as it is there, if the study's folder is to be seen from here; a run
-    that ended its worker twice counts as failed. Raises: `OSError` if the disk refuses.
+    that ended its worker twice counts as failed. Raises: `OSError` if the disk refuses,
+    `CompiledError`.
     """
     folder = StudyFolder(batch.folder)
     if not folder.has(batch.token):
@@ -74,11 +84,16 @@ def work_on(
 
 
 def _done(batch: Batch, run: StudyRun, journal: Journal, kills: int) -> Result:
+    key, compiling = str(run.id), []
     if kills >= MOST_KILLS:
         result = failed(run, LOST, f"{kills} workers ended during this run")
     else:
-        journal.begin(str(run.id))
-        result = runner_of(batch.study).run(run, Path(batch.folder) / FAILED)
+        journal.begin(key)
+        with watch_compilation(compiling.append):
+            result = runner_of(batch.study).run(run, Path(batch.folder) / FAILED)
+    if compiling:
+        journal.forgive(Counter([key]))
+        raise CompiledError(os.getpid())
     journal.end(result)
     return result
 
@@ -94,19 +109,10 @@ def _was_begun(folder: StudyFolder, name: str) -> bool:
     return False
 
 
-def compiles(study: str, runs: tuple[StudyRun, ...], ticks: int = 3) -> bool:
-    """Run a few ticks of some runs; return whether kernels had to be compiled for them.
-
-    The process that compiles has other copies of a kernel at hand than those that load what it
-    kept, and its last digits may differ: results are made by the others.
-    """
-    seen = []
-    with watch_compilation(lambda busy: seen.append(busy)):
+def compiles(study: str, runs: tuple[StudyRun, ...]) -> bool:
+    """Run some runs for a moment and let them fall; return whether kernels had to be compiled."""
+    seen: list[bool] = []
+    with watch_compilation(seen.append):
         for run in runs:
-            try:
-                loop = runner_of(study).simulation(run).ticks()
-                for _ in range(ticks):
-                    next(loop, None)
-            except Exception:  # its run will say it
-                continue
+            runner_of(study).try_out(run)
     return bool(seen)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
@@ -29,6 +30,7 @@ from equipoise.studies.schema import StudySpec
 # what a starting posture does not depend on
 NOT_OF_THE_START = {"name", "title", "duration", "seed", "control", "physics", "disturbances",
                     "sensors", "faults", "acceptance", "monitor"}  # fmt: skip
+TRIED = 0.8  # [s] in which a robot without torques falls
 LOST, NOT_RUN = "killed its worker", "could not be run"
 # how causes of the supervisor begin to be alike: words in its sentence, the name of the cause
 CAUSES = {
@@ -67,8 +69,11 @@ class Runner:
 
     def scenario(self, run: StudyRun) -> Scenario:
         """Return the scenario of a run. Raises: `ScenarioError`."""
+        return self._scenario(overrides_of(self.study, run))
+
+    def _scenario(self, overrides: Iterable[tuple[str, Any]]) -> Scenario:
         tree = copy.deepcopy(self._tree)
-        for path, value in overrides_of(self.study, run):
+        for path, value in overrides:
             write_value(tree, path, value)
         try:
             return Scenario.model_validate(tree)
@@ -82,6 +87,15 @@ class Runner:
         simulation = Simulation(scenario, self._prepared.get(key))
         self._prepared.setdefault(key, Prepared(simulation.robot, simulation.assembly.q_start))
         return simulation
+
+    def try_out(self, run: StudyRun) -> None:
+        """Run a run for a moment without any torque, so that all its kernels are at hand."""
+        weak = (*overrides_of(self.study, run), ("faults.torque_share", 0.0), ("duration", TRIED))
+        try:
+            simulation = Simulation(self._scenario(weak))
+            run_in_memory(simulation, stop_when_off=False).metrics(self.metrics)
+        except Exception:  # the run itself will say it
+            return
 
     def run(self, run: StudyRun, logs: Path | None = None) -> Result:
         """Run one and return its result; a run that is not good leaves a log under `logs`.

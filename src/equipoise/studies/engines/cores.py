@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection, wait
 
 from equipoise.studies.batch import Batch
 from equipoise.studies.engines.base import DiskFullError, EngineLostError, Told
-from equipoise.studies.engines.serve import DISK, OVER, READY
+from equipoise.studies.engines.serve import COMPILED, DISK, OVER, READY
 from equipoise.studies.plan import StudyRun
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -98,6 +98,9 @@ class Cores:
         assert batch is not None
         if word == DISK:
             raise DiskFullError(content)
+        if word == COMPILED:
+            self._bury(worker)
+            return []
         if word == OVER:
             worker.batch = None
             return [Told(batch, over=True)]

@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from equipoise.errors import InputError
-from equipoise.studies.batch import Batch, work_on
+from equipoise.studies.batch import Batch, CompiledError, work_on
 from equipoise.studies.engines.base import DiskFullError, EngineLostError, Told
 from equipoise.studies.engines.serve import warm_up
 from equipoise.studies.journal import Result
@@ -108,7 +108,7 @@ class DaskCluster:
     def submit(self, batch: Batch) -> None:
         """Have a batch done by any worker."""
         self._batches[batch.name] = batch
-        future = self._client.submit(work_on, batch, key=batch.name, pure=False)
+        future = self._client.submit(_work, batch, key=batch.name, pure=False)
         future.add_done_callback(self._news.put)
 
     def wait(self, seconds: float) -> list[Told]:
@@ -131,6 +131,9 @@ class DaskCluster:
             results, kept = future.result()
         except KilledWorker as error:
             return Told(batch, self._killed(batch, str(error)), kept=False, over=True, lost=True)
+        except CompiledError as error:
+            self._client.restart_workers([error.args[0]], raise_for_error=False)
+            return Told(batch, over=True)
         except OSError as error:
             raise DiskFullError(error.strerror or str(error)) from error
         except Exception as error:
@@ -213,6 +216,16 @@ def _library() -> Any:
         raise InputError("the engine dask needs distributed", remedy=REMEDY) from None
     dask.config.set({"distributed.scheduler.allowed-failures": 3})
     return distributed
+
+
+def _work(batch: Batch) -> tuple[list[Result], bool]:
+    """Do a batch on a worker, which says who it is if it should not be used any more."""
+    from distributed import get_worker
+
+    try:
+        return work_on(batch)
+    except CompiledError:
+        raise CompiledError(get_worker().address) from None
 
 
 def _import(module: str) -> None:

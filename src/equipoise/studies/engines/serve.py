@@ -17,12 +17,12 @@ from multiprocessing.connection import Connection
 from equipoise.studies.plan import StudyRun
 
 DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG, see prctl(2)
-READY, RESULT, OVER, DISK = "ready", "result", "over", "disk"
+READY, RESULT, OVER, DISK, COMPILED = "ready", "result", "over", "disk", "compiled"
 
 
 def serve(pipe: Connection) -> None:
     """Work until the pipe is closed: see whether kernels have to be compiled, then do batches."""
-    from equipoise.studies.batch import compiles, work_on
+    from equipoise.studies.batch import CompiledError, compiles, work_on
 
     study, runs = pipe.recv()
     pipe.send((READY, compiles(study, runs)))
@@ -34,6 +34,9 @@ def serve(pipe: Connection) -> None:
         try:
             work_on(batch, told=lambda result: pipe.send((RESULT, result)))
             pipe.send((OVER, None))
+        except CompiledError:
+            pipe.send((COMPILED, None))
+            return
         except OSError as error:
             pipe.send((DISK, f"{error.strerror or error}"))
             return

@@ -84,7 +84,8 @@ def work_on(
 
 
 def _done(batch: Batch, run: StudyRun, journal: Journal, kills: int) -> Result:
-    key, compiling = str(run.id), []
+    key = str(run.id)
+    compiling: list[bool] = []
     if kills >= MOST_KILLS:
         result = failed(run, LOST, f"{kills} workers ended during this run")
     else:

@@ -8,7 +8,7 @@ from types import TracebackType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
-from equipoise.studies.drive import Standing
+from equipoise.studies.give_out import Standing
 
 EVERY = 30.0  # [s] between two lines where there is no terminal
 

@@ -19,7 +19,6 @@ from equipoise.studies.schema import StudySpec
 
 FILES = Path(__file__).parent / "files"
 SMALL, FOR_ROBOT = "small", "for_robot"
-DEFAULT_ROBOT = "hrp2"
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -42,19 +41,30 @@ def read_study(
     Raises: `NameNotFoundError`, `ScenarioError`.
     """
     path = path_of(name_or_path, named_studies(), "study")
-    tree = load_tree(text_of_file(path, "study", named_studies()), str(path), "study")
+    plain, tree = plain_of(path, "study", overrides, robot=robot, small=small)
+    take_gains(plain.get("controllers"), path.parent)
+    return validated(StudySpec, plain, tree, overrides, str(path))
+
+
+def plain_of(
+    path: Path, kind: str, overrides: Sequence[str], *, robot: str | None, small: bool
+) -> tuple[dict[str, Any], Any]:
+    """Return what a file says for a robot, small or whole, and ruamel's tree that knows its lines.
+
+    Raises: `ScenarioError`.
+    """
+    tree = load_tree(text_of_file(path, kind), str(path), kind)
     plain = plain_tree(tree)
     for_robot, reduced = plain.pop(FOR_ROBOT, {}), plain.pop(SMALL, None)
     robot = robot or plain.get("robot")
-    if small:
-        if not isinstance(reduced, dict):
-            raise ScenarioError("this study has no small form", path=SMALL, given=name_or_path)
-        plain = merged(plain, reduced)
     if robot is not None:
         plain = merged({**plain, "robot": robot}, _exceptions(for_robot).get(robot, {}))
+    if small:
+        if not isinstance(reduced, dict):
+            raise ScenarioError(f"this {kind} has no small form", path=SMALL, given=str(path))
+        plain = merged(plain, reduced)
     apply_overrides(plain, overrides)
-    take_gains(plain.get("controllers"), path.parent)
-    return validated(StudySpec, plain, tree, overrides, str(path))
+    return plain, tree
 
 
 def path_of(name_or_path: str, known: dict[str, Path], kind: str) -> Path:

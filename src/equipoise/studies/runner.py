@@ -55,9 +55,7 @@ class Runner:
 
     def check(self) -> None:
         """Refuse a study of which a run could not be begun. Raises: `ScenarioError`."""
-        for name in self.metrics:
-            if name not in METRICS:
-                raise at_path(NameNotFoundError("metric", name, METRICS), "good")
+        self.check_scenario()
         seen = set()
         for run in Plan(self.study).first():
             if run.controller not in seen:
@@ -66,6 +64,17 @@ class Runner:
                     self.simulation(run)
                 except ScenarioError as error:
                     raise error.at(f"controllers.{run.controller}") from None
+
+    def check_scenario(self) -> None:
+        """Refuse metrics that do not exist. Raises: `ScenarioError`."""
+        for name in self.metrics:
+            if name not in METRICS:
+                raise at_path(NameNotFoundError("metric", name, METRICS), "metrics")
+
+    @property
+    def duration(self) -> float:
+        """How long [s] a run lasts if nothing ends it."""
+        return self._scenario(self.study.set.items()).duration
 
     def scenario(self, run: StudyRun) -> Scenario:
         """Return the scenario of a run. Raises: `ScenarioError`."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equipoise.spatial import Array
+from equipoise.spatial import Array, Mask
 from equipoise.studies.draw import between, ends_of
 from equipoise.studies.lines import Line, lines_of
 from equipoise.studies.results import Results
@@ -50,7 +50,7 @@ def brackets(results: Results, design: str) -> list[Bracket]:
     return found
 
 
-def _bracket(shares: Array, good: Array) -> tuple[float, float]:
+def _bracket(shares: Array, good: Mask) -> tuple[float, float]:
     bad = shares[~good]
     high = float(bad.min()) if len(bad) else np.nan
     fine = shares[good & ~(shares >= high)]

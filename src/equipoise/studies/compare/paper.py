@@ -52,6 +52,8 @@ def _chosen(found: list[Panel]) -> list[Panel]:
 
 def _table(figure: Figure, table: Table, top: float) -> float:
     """Draw a table below `top`, share of the page; return where it ends."""
+    from matplotlib.transforms import Bbox
+
     line = 0.0145
     height = line * (len(table.rows) + 1)
     figure.text(EDGE, top - line, table.title, fontsize=8.5, weight="bold", color=INK)
@@ -63,13 +65,15 @@ def _table(figure: Figure, table: Table, top: float) -> float:
         loc="upper center",
         cellLoc="right",
         edges="horizontal",
-        bbox=(0.0, 0.0, 1.0, 1.0),
+        bbox=Bbox.unit(),
     )
     cells.auto_set_font_size(False)
     cells.set_fontsize(7)
     cells.auto_set_column_width(list(range(len(table.columns))))
     for cell in cells.get_celld().values():
         cell.set_linewidth(0.5)
+    for row in range(len(table.rows) + 1):
+        cells[row, 0].set_text_props(ha="left")
     end = top - 1.6 * line - height
     if table.note:
         figure.text(EDGE, end - 0.003, table.note, fontsize=6.5, va="top", color=INK)
@@ -83,7 +87,7 @@ def _figures(figure: Figure, results: Results, chosen: list[Panel], top: float) 
         return
     rows = -(-len(chosen) // 2)
     grid = figure.add_gridspec(
-        rows, 2, left=0.14, right=0.97, top=top, bottom=0.06, hspace=0.62, wspace=0.42
+        rows, 2, left=0.16, right=0.96, top=top, bottom=0.07, hspace=0.5, wspace=0.5
     )
     for k, panel in enumerate(chosen):
         place = grid[k // 2, k % 2]

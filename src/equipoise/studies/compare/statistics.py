@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from equipoise.spatial import Array
+from equipoise.spatial import Array, Mask
 
 LEVEL = 0.95
 
@@ -27,7 +27,7 @@ class Share:
         return self.count / self.of if self.of else float("nan")
 
 
-def share(mask: Array) -> Share:
+def share(mask: Mask) -> Share:
     """Return which share of (n,) truth values is true.
 
     Source: Wilson (1927), by scipy.stats.binomtest.
@@ -50,13 +50,13 @@ class PairedTest:
     p: float
 
 
-def mcnemar(first: Array, second: Array) -> PairedTest:
+def mcnemar(first: Mask, second: Mask) -> PairedTest:
     """Compare two series (n,) of truth values on the same points, exactly.
 
     Under the null hypothesis a pair that differs is as likely to favour either side.
     Source: McNemar (1947), the exact form: scipy.stats.binomtest, two-sided.
     """
-    first, second = np.asarray(first, bool), np.asarray(second, bool)
+    first, second = first.astype(bool), second.astype(bool)
     a, b = int((first & ~second).sum()), int((~first & second).sum())
     p = float(stats.binomtest(a, a + b, 0.5).pvalue) if a + b else 1.0
     return PairedTest(int((first & second).sum()), a, b, int((~first & ~second).sum()), p)

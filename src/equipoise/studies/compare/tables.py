@@ -11,7 +11,7 @@ import numpy as np
 from equipoise.studies.compare.boundaries import Bracket, brackets, value_on
 from equipoise.studies.compare.pairs import sampled_rows
 from equipoise.studies.compare.statistics import Share, mcnemar, paired_difference, share
-from equipoise.studies.compare.units import metric_label, parameter_label, scaled
+from equipoise.studies.compare.units import metric_label, parameter_label, scaled, spoke_name
 from equipoise.studies.results import Results
 
 
@@ -103,7 +103,9 @@ def margins(results: Results, design: str) -> Table:
     rows = []
     for name in names:
         parameter = name[:-1]
-        cells = [parameter_label(results.study, parameter)]
+        word = spoke_name(results.study, name).partition(" ")[0]
+        label = parameter_label(results.study, parameter)
+        cells = [f"{label}, {word}" if word in ("more", "less") else label]
         for controller in results.controllers:
             here = [b for b in found if b.line.name == name and b.controller == controller]
             cells.append(_margin(results, here[0], parameter) if here else "")

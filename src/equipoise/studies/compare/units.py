@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from equipoise.analysis.metrics import METRICS
+from equipoise.scenarios.schema import Limit
+from equipoise.studies.draw import ends_of
 from equipoise.studies.schema import StudySpec
 
 SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}
@@ -38,3 +40,23 @@ def parameter_label(study: StudySpec, name: str) -> str:
     spec = study.parameters[name]
     title = spec.title or name.replace("_", " ")
     return f"{title} [{spec.unit}]" if spec.unit else title
+
+
+def spoke_name(study: StudySpec, spoke: str) -> str:
+    """Return the name of a line along one parameter; its direction where there are two."""
+    parameter, sign = spoke[:-1], spoke[-1]
+    spec = study.parameters[parameter]
+    low, high = ends_of(spec)
+    two = spec.nominal is not None and low < spec.nominal < high
+    word = {"+": "more ", "-": "less "}[sign] if two else ""
+    return word + parameter.replace("_", " ")
+
+
+def bound_text(metric: str, limit: Limit) -> str:
+    """Return in words what a bound on a metric wants, in the unit in which it is shown."""
+    factor, unit = SHOWN.get(METRICS[metric].unit, (1.0, METRICS[metric].unit))
+    bounds = [
+        (sign, value) for sign, value in (("≤", limit.max), ("≥", limit.min)) if value is not None
+    ]
+    told = " and ".join(f"{sign} {factor * value:g}" for sign, value in bounds)
+    return f"{NAMES.get(metric, metric.replace('_', ' '))} {told} {unit}".rstrip()

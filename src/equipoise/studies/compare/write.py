@@ -14,6 +14,7 @@ from equipoise.errors import NameNotFoundError, RunLogError
 from equipoise.studies.compare.figures.make import figure_of, panels
 from equipoise.studies.compare.paper import paper_page
 from equipoise.studies.compare.tables import all_tables, as_html, as_latex, as_text
+from equipoise.studies.compare.units import bound_text
 from equipoise.studies.folder import PROVENANCE, write_whole
 from equipoise.studies.results import Results, load_results
 
@@ -94,19 +95,12 @@ def setting(results: Results) -> str:
     """Return in sentences what was run."""
     study = results.study
     robot = study.robot or "the scenario's robot"
-    kept = ", ".join(f"{name} {_limit(limit)}" for name, limit in study.good.items())
+    kept = ", ".join(bound_text(name, limit) for name, limit in study.good.items())
     return (
         f"Scenario {study.scenario} on {robot}, {len(results)} runs, "
         f"{study.seeds} seed{'s' * (study.seeds > 1)} a point; noise and faults are the same for "
         f"all controllers. Good: it stands{', ' if kept else ''}{kept}."
     )
-
-
-def _limit(limit: object) -> str:
-    bounds = {"max": "≤", "min": "≥"}
-    texts = [f"{sign} {getattr(limit, k):g}" for k, sign in bounds.items()
-             if getattr(limit, k) is not None]  # fmt: skip
-    return " and ".join(texts)
 
 
 def _written(path: Path, content: str | bytes) -> Path:

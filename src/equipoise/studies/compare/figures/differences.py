@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -54,7 +54,8 @@ def draw(axes: Axes, results: Results, baseline: str, metric: str) -> None:
             parts = axes.violinplot(
                 change, positions=[k], orientation="horizontal", widths=0.7, showextrema=False
             )
-            for body in parts["bodies"]:
+            bodies: Any = parts["bodies"]
+            for body in bodies:
                 body.set(facecolor=look.colour, alpha=0.28, edgecolor=look.colour, linewidth=0.8)
         y = k + 0.12 * rng.uniform(-1.0, 1.0, len(change))
         axes.plot(change, y, ".", color=look.colour, markersize=3, alpha=0.7)

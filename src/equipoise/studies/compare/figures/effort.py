@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from equipoise.spatial import Array
-from equipoise.studies.compare.figures.looks import looks_of
+from equipoise.studies.compare.figures.looks import looks_of, plain_log
 from equipoise.studies.compare.pairs import sampled_rows
 from equipoise.studies.compare.units import metric_label, scaled
 from equipoise.studies.results import Results
@@ -42,13 +41,14 @@ def draw(axes: Axes, results: Results, metric: str) -> None:
             label=look.title,
         )  # fmt: skip
     axes.set_yscale("log")
+    plain_log(axes.yaxis)
     axes.set_xlabel("effort: torques as shares of their limits, RMS")
     axes.set_ylabel(metric_label(metric))
     axes.legend(loc="best")
     axes.set_title(f"Effort against error ({len(standing)} points where all stand)")
 
 
-def _standing(results: Results) -> Array:
+def _standing(results: Results) -> np.ndarray:
     """Return the places of the paired points on which every controller stands."""
     rows_of = sampled_rows(results)
     if not rows_of:

@@ -21,12 +21,14 @@ FILLS = {"good": "#CFE5F2", "stands": "#F6D8A8", "falls": "#8C8C8C"}
 
 def grids(results: Results) -> list[str]:
     """Return the designs that are grids over two parameters with an order."""
-    found = []
-    for name, spec in results.study.designs.items():
-        ordered = isinstance(spec, GridSpec) and len(spec.over) == 2
-        if ordered and all(results.study.parameters[p].choice is None for p in spec.over):
-            found.append(name)
-    return found
+    parameters = results.study.parameters
+    return [
+        name
+        for name, spec in results.study.designs.items()
+        if isinstance(spec, GridSpec)
+        and len(spec.over) == 2
+        and all(parameters[one].choice is None for one in spec.over)
+    ]
 
 
 def edges(results: Results) -> list[str]:
@@ -120,7 +122,7 @@ def legend(axes: Axes) -> None:
     from matplotlib.patches import Patch
 
     patches = [Patch(facecolor=colour, label=name) for name, colour in FILLS.items()]
-    axes.legend(handles=patches, loc="upper right", frameon=True, framealpha=0.9)
+    axes.legend(handles=patches, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
 
 
 def _axes_of(results: Results, names: list[str]) -> tuple[str, str]:

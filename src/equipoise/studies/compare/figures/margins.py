@@ -8,6 +8,7 @@ import numpy as np
 
 from equipoise.studies.compare.boundaries import brackets
 from equipoise.studies.compare.figures.looks import looks_of
+from equipoise.studies.compare.units import spoke_name
 from equipoise.studies.results import Results
 
 if TYPE_CHECKING:
@@ -44,17 +45,12 @@ def draw(axes: PolarAxes, results: Results, design: str) -> None:
     axes.set_theta_direction(-1)
     axes.set_ylim(0.0, 1.05)
     axes.set_yticks([0.25, 0.5, 0.75, 1.0], ["", "0.5", "", "1"])
-    axes.set_xticks(angles, [_name(results, spoke) for spoke in spokes])
-    axes.tick_params(axis="x", pad=8)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.12, 1.12))
-    axes.set_title("Margins, each parameter alone", pad=22)
-
-
-def _name(results: Results, spoke: str) -> str:
-    """Return the name of a spoke; its direction only where a parameter has two."""
-    parameter, sign = spoke[:-1].replace("_", " "), spoke[-1]
-    spec = results.study.parameters[spoke[:-1]]
-    ends = spec.uniform or spec.log_uniform or spec.grid or []
-    two = spec.nominal is not None and min(ends) < spec.nominal < max(ends)
-    words = {"+": "more ", "-": "less "} if two else {"+": "", "-": ""}
-    return words[sign] + parameter
+    axes.set_xticks(angles, [spoke_name(results.study, spoke) for spoke in spokes])
+    for angle, label in zip(angles, axes.get_xticklabels(), strict=True):
+        side = np.sin(angle)
+        label.set_horizontalalignment(
+            "left" if side > 0.1 else "right" if side < -0.1 else "center"
+        )
+    axes.tick_params(axis="x", pad=1)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3)
+    axes.set_title("Margins, each parameter alone", pad=20, loc="center")

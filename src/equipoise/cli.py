@@ -52,15 +52,37 @@ def page_options(command: Callable[..., None]) -> Callable[..., None]:
     return with_address
 
 
+def value_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add what changes values of a scenario; the command gets it as `overrides`, in order."""
+
+    @click.option(
+        "--set", "single", multiple=True, metavar="PATH=VALUE", help="Change one value; repeatable."
+    )
+    @click.option(
+        "--gains", type=click.Path(path_type=Path), help="Change those of a file of gains."
+    )
+    @click.option("--physics", "engine", metavar="ENGINE", help="Engine: rigid or mujoco.")
+    @wraps(command)
+    def with_overrides(
+        *, single: tuple[str, ...], gains: Path | None, engine: str | None, **given: Any
+    ) -> None:
+        overrides = single
+        if gains is not None:
+            from equipoise.scenarios.gains_file import gains_overrides
+
+            overrides = (*gains_overrides(gains), *overrides)
+        if engine is not None:
+            overrides = (*overrides, f"physics.engine={engine}")
+        command(overrides=overrides, **given)
+
+    return with_overrides
+
+
 @cli.command()
 @click.argument("scenario")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the run (must be new).")
-@click.option(
-    "--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change one value; repeatable."
-)
-@click.option("--gains", type=click.Path(path_type=Path), help="File of gains (of equipoise tune).")
+@value_options
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
-@click.option("--physics", "engine", metavar="ENGINE", help="Engine: rigid or mujoco.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")
 @page_options
@@ -68,9 +90,7 @@ def run(
     scenario: str,
     out: Path | None,
     overrides: tuple[str, ...],
-    gains: Path | None,
     robot: str | None,
-    engine: str | None,
     no_figures: bool,
     watched: bool,
     address: tuple[str, int | None],
@@ -89,12 +109,6 @@ def run(
     from equipoise.api import run_scenario
     from equipoise.console import Progress, print_figures, print_summary
 
-    if gains is not None:
-        from equipoise.scenarios.gains_file import gains_overrides
-
-        overrides = (*gains_overrides(gains), *overrides)
-    if engine is not None:
-        overrides = (*overrides, f"physics.engine={engine}")
     watch = None
     if watched:
         from equipoise.viewer.commands import Watch

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -11,30 +16,85 @@ PASSED, NOT_PASSED = 0, 1
 STUDIES = Path("studies")
 
 
+@dataclass(frozen=True)
+class Form:
+    """In which form a file is read: for which robot, small or whole, with which changes."""
+
+    robot: str | None
+    small: bool
+    overrides: tuple[str, ...]
+
+    def with_more(self, *more: str) -> tuple[str, ...]:
+        """Return the changes with more of them."""
+        return (*self.overrides, *more)
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where runs run: how many processes, or which cluster; what they import first."""
+
+    workers: int | None
+    address: str | None
+    modules: tuple[str, ...]
+
+    def begin(self) -> list[str]:
+        """Import what is to be imported; return what the engine of a file is changed to."""
+        for module in self.modules:
+            import_module(module)
+        changes = [] if self.workers is None else [f"engine.workers={self.workers}"]
+        if self.address is not None:
+            changes += ["engine.kind=dask", f"engine.address={self.address}"]
+        return changes
+
+
+def form_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add in which form a file is read; the command gets it as `form`."""
+
+    @click.option("--robot", metavar="ROBOT", help="For this robot.")
+    @click.option("--small", is_flag=True, help="The small form of the file: few, short runs.")
+    @click.option(
+        "--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change it; repeatable."
+    )
+    @wraps(command)
+    def with_form(
+        *, robot: str | None, small: bool, overrides: tuple[str, ...], **given: Any
+    ) -> None:
+        command(form=Form(robot, small, overrides), **given)
+
+    return with_form
+
+
+def where_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add where runs run; the command gets it as `where`."""
+
+    @click.option("--workers", type=click.IntRange(min=1), help="How many processes [all cores].")
+    @click.option("--dask", "address", metavar="ADDRESS", help="On the cluster of this scheduler.")
+    @click.option(
+        "--import", "modules", multiple=True, metavar="MODULE", help="Import it: own controllers."
+    )
+    @wraps(command)
+    def with_where(
+        *, workers: int | None, address: str | None, modules: tuple[str, ...], **given: Any
+    ) -> None:
+        command(where=Where(workers, address, modules), **given)
+
+    return with_where
+
+
 @click.command()
 @click.argument("study", required=False, metavar="[STUDY]")
-@click.option("--robot", metavar="ROBOT", help="For this robot.")
-@click.option("--small", is_flag=True, help="The small form of the study: fewer, shorter runs.")
+@click.option("--only", multiple=True, metavar="CONTROLLER", help="Only these; repeatable.")
 @click.option("--out", type=click.Path(path_type=Path), help="Its folder [studies/NAME-...].")
-@click.option("--workers", type=click.IntRange(min=1), help="How many processes [all cores].")
-@click.option("--dask", "address", metavar="ADDRESS", help="On the cluster of this scheduler.")
-@click.option(
-    "--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change the study; repeatable."
-)
-@click.option(
-    "--import", "modules", multiple=True, metavar="MODULE", help="Import it first: own controllers."
-)
 @click.option("--no-report", is_flag=True, help="Write the tables only.")
+@form_options
+@where_options
 def study(
     study: str | None,
-    robot: str | None,
-    small: bool,
+    only: tuple[str, ...],
     out: Path | None,
-    workers: int | None,
-    address: str | None,
-    overrides: tuple[str, ...],
-    modules: tuple[str, ...],
     no_report: bool,
+    form: Form,
+    where: Where,
 ) -> None:
     """Run STUDY (a name or a YAML file): one scenario, many points, several controllers.
 
@@ -52,21 +112,14 @@ def study(
         for name in named_studies():
             click.echo(f"{name:<20}{read_study(name).title}")
         return
-    from importlib import import_module
-
     from equipoise.studies.drive import run_study
     from equipoise.studies.progress import StudyProgress, duration
 
-    for module in modules:
-        import_module(module)
-    if workers is not None:
-        overrides = (*overrides, f"engine.workers={workers}")
-    if address is not None:
-        overrides = (*overrides, "engine.kind=dask", f"engine.address={address}")
-    spec = read_study(study, overrides, robot=robot, small=small)
-    place = out or STUDIES / "-".join(
-        part for part in (spec.name, robot, "small" if small else None) if part
-    )
+    chosen = [f"only=[{', '.join(only)}]"] if only else []
+    changes = form.with_more(*where.begin(), *chosen)
+    spec = read_study(study, changes, robot=form.robot, small=form.small)
+    parts = (spec.name, form.robot, "small" if form.small else None)
+    place = out or STUDIES / "-".join(part for part in parts if part)
     with StudyProgress() as progress:
         try:
             run_study(
@@ -74,7 +127,7 @@ def study(
                 place,
                 report=progress,
                 waiting=lambda: click.echo("Workers of an earlier call still work; waiting ..."),
-                modules=modules,
+                modules=where.modules,
             )
         except KeyboardInterrupt:
             progress.__exit__(None, None, None)
@@ -140,44 +193,24 @@ def compare(
 
 @click.command()
 @click.argument("tune_file", metavar="TUNE")
-@click.option("--robot", metavar="ROBOT", help="For this robot.")
 @click.option("--trials", type=click.IntRange(min=1), help="How many gains are tried.")
-@click.option("--small", is_flag=True, help="The small form of the file: fewer, shorter runs.")
 @click.option("--out", type=click.Path(path_type=Path), help="Its folder [tuned/NAME].")
-@click.option("--workers", type=click.IntRange(min=1), help="How many processes [all cores].")
-@click.option(
-    "--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Change the file; repeatable."
-)
-@click.option("--import", "modules", multiple=True, metavar="MODULE", help="Import it first.")
-def tune(
-    tune_file: str,
-    robot: str | None,
-    trials: int | None,
-    small: bool,
-    out: Path | None,
-    workers: int | None,
-    overrides: tuple[str, ...],
-    modules: tuple[str, ...],
-) -> None:
+@form_options
+@where_options
+def tune(tune_file: str, trials: int | None, out: Path | None, form: Form, where: Where) -> None:
     """Look for gains on an ensemble of runs, and judge them on others that they were not found on.
 
     TUNE is a name or a YAML file. Writes gains.yaml only if the gains found are better on the
     hold-out than those of the adviser; ends with 1 if they are not.
     Example: equipoise tune press_delay --trials 100 && equipoise run press --gains gains.yaml
     """
-    from importlib import import_module
-
     from equipoise.studies.tune.read import read_tune
     from equipoise.studies.tune.search import tune as search
 
-    for module in modules:
-        import_module(module)
-    if trials is not None:
-        overrides = (*overrides, f"trials={trials}")
-    if workers is not None:
-        overrides = (*overrides, f"engine.workers={workers}")
-    spec = read_tune(tune_file, overrides, robot=robot, small=small)
-    outcome = search(spec, out or Path("tuned") / spec.name, say=click.echo, modules=modules)
+    changes = form.with_more(*where.begin(), *([] if trials is None else [f"trials={trials}"]))
+    spec = read_tune(tune_file, changes, robot=form.robot, small=form.small)
+    place = out or Path("tuned") / spec.name
+    outcome = search(spec, place, say=click.echo, modules=where.modules)
     for line in outcome.sentences():
         click.echo(line)
     sys.exit(PASSED if outcome.better else NOT_PASSED)

@@ -49,12 +49,17 @@ class StudyProgress:
     def __call__(self, standing: Standing) -> None:
         if self.last is None and standing.before:
             self._console.print(f"{standing.before} runs were done before", markup=False)
+        if standing == self.last:
+            return
+        ended = self.last is not None and self.last.done == standing.done == standing.most
         self.last = standing
         text = sentence(standing)
         if self._bar is not None and self._bar_task is not None:
             self._bar.update(
                 self._bar_task, completed=standing.done, total=standing.most, description=text
             )
+            return
+        if ended:
             return
         if standing.done == standing.most or time.monotonic() - self._told >= EVERY:
             if standing.done > standing.before:

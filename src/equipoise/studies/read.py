@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from equipoise.errors import NameNotFoundError, ScenarioError
 from equipoise.scenarios.complaints import complaint
 from equipoise.scenarios.gains_file import read_gains
+from equipoise.scenarios.lookup import at_path
 from equipoise.scenarios.overrides import apply_overrides
 from equipoise.scenarios.read import placed
 from equipoise.scenarios.text_files import text_of_file
@@ -18,7 +19,7 @@ from equipoise.scenarios.yaml_tree import load_tree, merged, plain_tree
 from equipoise.studies.schema import StudySpec
 
 FILES = Path(__file__).parent / "files"
-SMALL, FOR_ROBOT = "small", "for_robot"
+SMALL, FOR_ROBOT, ONLY = "small", "for_robot", "only"
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -42,6 +43,7 @@ def read_study(
     """
     path = path_of(name_or_path, named_studies(), "study")
     plain, tree = plain_of(path, "study", overrides, robot=robot, small=small)
+    choose(plain)
     take_gains(plain.get("controllers"), path.parent)
     return validated(StudySpec, plain, tree, overrides, str(path))
 
@@ -85,6 +87,19 @@ def validated(
         return model.model_validate(plain)
     except ValidationError as error:
         raise placed(complaint(error, plain, tree, model), overrides, source) from None
+
+
+def choose(plain: dict[str, Any]) -> None:
+    """Keep of the controllers those that `only` names, in its order. Raises: `ScenarioError`."""
+    only, controllers = plain.pop(ONLY, None), plain.get("controllers")
+    if only is None or not isinstance(controllers, dict):
+        return
+    if not isinstance(only, list) or not only:
+        raise ScenarioError("wanted a list of names of controllers", path=ONLY, given=only)
+    for name in only:
+        if name not in controllers:
+            raise at_path(NameNotFoundError("controller", str(name), controllers), ONLY)
+    plain["controllers"] = {name: controllers[name] for name in only}
 
 
 def take_gains(controllers: Any, folder: Path) -> None:

@@ -76,11 +76,13 @@ class State:
     queue: deque[StudyRun] = field(default_factory=deque)
     given: dict[str, Batch] = field(default_factory=dict)
     before: int = 0
+    good: int = 0
     began: float = field(default_factory=time.monotonic)
 
     def begin(self) -> None:
         """Queue the runs of the source that have no result."""
         self.before = len(self.results)
+        self.good = sum(bool(one["row"]["good"]) for one in self.results.values())
         for run in self.source.first():
             self.add(run)
 
@@ -98,6 +100,7 @@ class State:
         if result["id"] in self.results:
             return False
         self.results[result["id"]] = result
+        self.good += bool(result["row"]["good"])
         self.add(self._follow(RunId.read(result["id"]), result))
         return True
 
@@ -110,8 +113,7 @@ class State:
         spent = time.monotonic() - self.began
         most = self.source.most
         left = (most - len(self.results)) * spent / now if now else None
-        good = sum(bool(one["row"]["good"]) for one in self.results.values())
-        return Standing(len(self.results), most, self.before, good, slots, left)
+        return Standing(len(self.results), most, self.before, self.good, slots, left)
 
 
 def give_out(
@@ -126,8 +128,8 @@ def give_out(
     journal, client, count = Journal(folder.rows), os.urandom(4).hex(), 0
     report(state.standing(engine.slots))
     while state.queue or state.given:
+        left = len(state.queue) + sum(len(batch.runs) for batch in state.given.values())
         while state.queue and len(state.given) < engine.waiting_most * engine.slots:
-            left = len(state.queue) + sum(len(batch.runs) for batch in state.given.values())
             size = min(chunk.runs(left, engine.slots), len(state.queue))
             runs = tuple(state.queue.popleft() for _ in range(size))
             count += 1

@@ -28,8 +28,8 @@ def said(folder: Path, text: str, *overrides: str) -> str:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("log_uniform: [0.7, 1.4]", "log_uniform: [1.4, 0.7]", "line 8, parameters.mass: log_unif"),
-        ("points: 4", "pionts: 4", "line 11, designs.main.pionts: unknown key"),
+        ("log_uniform: [0.7, 1.4]", "log_uniform: [1.4, 0.7]", "line 9, parameters.mass: log_unif"),
+        ("points: 4", "pionts: 4", "line 12, designs.main.pionts: unknown key"),
         ("along: mass", "along: mas", "there is no parameter 'mas'; known: mass, delay"),
         ("scenario: press", "scenario: pres", "There is no scenario 'pres'"),
         ("base_error:", "base_eror:", "There is no metric 'base_eror'"),

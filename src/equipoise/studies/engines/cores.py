@@ -59,13 +59,14 @@ class Cores:
         modules: Sequence[str] = (),
     ) -> None:
         self.slots = workers or len(os.sched_getaffinity(0))
-        self._made_of = study, runs, modules
+        self._study, self._modules = study, modules
         self._queue: deque[Batch] = deque()
         self._unready_deaths = 0
-        self._workers = [self._new()]  # alone until it is known that all kernels are there
+        # alone until it is known that all kernels are there; what then comes need not look
+        self._workers = [_Worker(study, runs, modules)]
 
     def _new(self) -> _Worker:
-        return _Worker(*self._made_of)
+        return _Worker(self._study, (), self._modules)
 
     @property
     def processes(self) -> list[int]:

@@ -21,7 +21,6 @@ from pathlib import Path
 
 import numpy as np
 
-from equipoise.bench.threads import pin_threads
 from equipoise.studies.drive import run_study
 from equipoise.studies.give_out import Standing
 from equipoise.studies.plan import Plan
@@ -81,12 +80,11 @@ def main(arguments: list[str] | None = None) -> int:
         (first, before), (last, done) = seen[0], seen[-1]
         whole = results["t_end"] >= given.duration - 1e-9
     cpu, loop = float(np.mean(times["cpu"][1:])), float(np.mean(times["loop_cpu"][1:]))
+    rate = (done - before) / (last - first) / given.workers
     told = {
         "runs": len(results),
         "that reached their end": int(whole.sum()),
-        "a minute and core, wall": round(
-            60.0 * (done - before) / (last - first) / given.workers, 1
-        ),
+        "a minute and core, wall": round(60.0 * rate, 1),
         "a minute and core, processor": round(60.0 / cpu, 1),
         "processor time of a run [s]": round(cpu, 3),
         "of it the loop [s]": round(loop, 3),
@@ -97,5 +95,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    pin_threads()
     sys.exit(main())

@@ -7,6 +7,7 @@ import os
 import platform
 import sys
 from datetime import datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,7 @@ def provenance() -> dict[str, Any]:
     }
 
 
+@cache
 def source_hash() -> str:
     """Return the SHA-256 of all Python and YAML files of the package, by their paths in it."""
     root, total = Path(equipoise.__file__).parent, hashlib.sha256()

@@ -4,10 +4,11 @@
 
 Emulated are the runs alone: each sleeps for a time drawn around `--run` seconds instead of being
 computed. Everything else is what a study does: scheduler, as many Dask workers (each with its one
-thread, all in a few processes of this machine), the client that gives out batches and takes
-results, the journals on disk. The work is so many seconds a slot. Efficiency is the time slept over
-slots times wall time, counted from the first batch to the last result; workers are started before.
-Here all of that shares the cores of one machine, which a cluster would not.
+thread, all in one process of this machine), the client that gives out batches and takes results,
+the journals on disk. Off is what each worker measures of its own process (profile, memory): here
+they are all in one. The work is so many seconds a slot. Efficiency is the time slept over slots
+times wall time, counted from the first batch to the last result; workers are started before. Here
+all of that shares the cores of one machine, which a cluster would not.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from equipoise.studies.batch import runner_of
 from equipoise.studies.engines import dask_cluster
 from equipoise.studies.engines.dask_cluster import DaskCluster
 from equipoise.studies.folder import StudyFolder
@@ -71,10 +73,16 @@ def cluster_of(slots: int) -> Any:
     import dask
     import distributed
 
-    dask.config.set({"distributed.admin.tick.limit": "60s"})
+    dask.config.set(
+        {  # what every worker would measure of its own process, here a thousand times of one
+            "distributed.worker.profile.enabled": False,
+            "distributed.admin.system-monitor.interval": "1h",
+            "distributed.admin.tick.limit": "60s",
+        }
+    )
     return distributed.LocalCluster(
         n_workers=slots, threads_per_worker=1, processes=False, dashboard_address=None,
-        silence_logs=50,
+        silence_logs=50, memory_limit=0,
     )  # fmt: skip
 
 
@@ -97,6 +105,7 @@ def main(arguments: list[str] | None = None) -> int:
         state = State(Plan(spec), {})
         state.begin()
         runs = [seconds_of(run, given.run) for run in state.queue]
+        runner_of(spec.model_dump_json())  # a worker's own affair, here it would be that of all
         began = time.monotonic()
         engine = DaskCluster(spec.engine, spec.model_dump_json(), ())
         started = time.monotonic() - began

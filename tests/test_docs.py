@@ -82,7 +82,7 @@ def _filled(argument: str) -> str:
 def _check_run(line: str, params: dict) -> None:
     scenario = params.get("scenario")
     if scenario in named_scenarios():
-        read_scenario(scenario, params["overrides"])
+        read_scenario(scenario, params["single"])
     elif scenario is not None:
         assert scenario.endswith(".yaml"), f"{line}: there is no such scenario"
 

@@ -52,9 +52,10 @@ BELOW = {
     "verify": BUILT,
     "bench": {*BUILT, "console"},
     "viewer": {*BUILT, "analysis"},
+    "studies": {*BUILT, "analysis"},
     "console": {"errors", "robots"},
     "api": {*BUILT, "analysis"},
-    "cli": {*BUILT, "analysis", "verify", "bench", "viewer", "console", "api"},
+    "cli": {*BUILT, "analysis", "verify", "bench", "viewer", "studies", "console", "api"},
 }
 
 

@@ -1,4 +1,4 @@
-"""All commands, declared in one place: that is why it is long.
+"""The commands, declared in one place (those of studies in theirs): that is why it is long.
 
 Each imports what it needs when it is called, so that `--help` answers at once.
 """
@@ -16,6 +16,7 @@ import click
 
 from equipoise import __version__
 from equipoise.errors import EquipoiseError, InputError
+from equipoise.studies import commands as of_studies
 
 if TYPE_CHECKING:
     from equipoise.runlog import Run
@@ -33,6 +34,10 @@ def cli() -> None:
     """
 
 
+for _command in (of_studies.study, of_studies.compare, of_studies.tune):
+    cli.add_command(_command)
+
+
 def page_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add where a page is served; the command gets it as `address`: host and port."""
 
@@ -47,15 +52,14 @@ def page_options(command: Callable[..., None]) -> Callable[..., None]:
     return with_address
 
 
-def change_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add what changes a scenario; the command gets all of it as `overrides`."""
+def value_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add what changes values of a scenario; the command gets it as `overrides`, in order."""
 
     @click.option(
-        "--set",
-        "overrides",
-        multiple=True,
-        metavar="PATH=VALUE",
-        help="Change a value; repeatable.",
+        "--set", "single", multiple=True, metavar="PATH=VALUE", help="Change one value; repeatable."
+    )
+    @click.option(
+        "--gains", type=click.Path(path_type=Path), help="Change those of a file of gains."
     )
     @click.option("--physics", "engine", metavar="ENGINE", help="Engine: rigid or mujoco.")
     @click.option(
@@ -63,8 +67,18 @@ def change_options(command: Callable[..., None]) -> Callable[..., None]:
     )
     @wraps(command)
     def with_overrides(
-        *, overrides: tuple[str, ...], engine: str | None, kind: str | None, **given: Any
+        *,
+        single: tuple[str, ...],
+        gains: Path | None,
+        engine: str | None,
+        kind: str | None,
+        **given: Any,
     ) -> None:
+        overrides = single
+        if gains is not None:
+            from equipoise.scenarios.gains_file import gains_overrides
+
+            overrides = (*gains_overrides(gains), *overrides)
         if engine is not None:
             overrides = (*overrides, f"physics.engine={engine}")
         if kind is not None:
@@ -77,7 +91,7 @@ def change_options(command: Callable[..., None]) -> Callable[..., None]:
 @cli.command()
 @click.argument("scenario")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the run (must be new).")
-@change_options
+@value_options
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")

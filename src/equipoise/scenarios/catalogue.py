@@ -8,8 +8,8 @@ from pathlib import Path
 from equipoise.errors import NameNotFoundError, ScenarioError
 from equipoise.scenarios.read import line_of, parse_scenario, placed
 from equipoise.scenarios.schema import Scenario
+from equipoise.scenarios.text_files import text_of_file
 
-MOST_BYTES = 4_000_000
 _FOLDER = Path(__file__).parent / "files"
 
 
@@ -49,22 +49,4 @@ def _text_of(name_or_path: str) -> str:
             raise NameNotFoundError(
                 "scenario", name_or_path, known, remedy="A path must end in .yaml."
             )
-    remedy = "Give a YAML file, or the name of a shipped scenario"
-    try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe or a device
-            raise ScenarioError(f"{path} is not a file", known=known, remedy=remedy)
-        if path.stat().st_size > MOST_BYTES:
-            size = f"{MOST_BYTES // 1_000_000} MB"
-            raise ScenarioError(f"{path}: the scenario file is larger than {size}", remedy=remedy)
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        problem = f"there is no file {path}"
-        raise ScenarioError(problem, known=known, remedy=remedy) from None
-    except UnicodeDecodeError:
-        raise ScenarioError(f"{path} is no text, hence no scenario", remedy=remedy) from None
-    except (OSError, ValueError) as error:  # ValueError: no path at all
-        why = str(getattr(error, "strerror", None) or error).lower()
-        raise ScenarioError(f"{path} cannot be read: {why}", remedy=remedy) from None
-    if not text.isprintable() and any(ord(c) < 32 and c not in "\t\n\r\f" for c in text):
-        raise ScenarioError(f"{path} is no text, hence no scenario", remedy=remedy)
-    return text
+    return text_of_file(path, "scenario", known)

@@ -42,10 +42,11 @@ def apply_overrides(tree: dict[str, Any], overrides: Sequence[str]) -> None:
                 given=override,
                 remedy="For example --set control.gains.alpha=10",
             )
-        _write(tree, path.strip(), load_value(value, path))
+        write_value(tree, path.strip(), load_value(value, path))
 
 
-def _write(tree: Any, path: str, value: Any) -> None:
+def write_value(tree: Any, path: str, value: Any) -> None:
+    """Write one value into nested mappings and lists. Raises: as `apply_overrides`."""
     *parents, last = path.split(".")
     if len(parents) > DEEPEST:
         raise ScenarioError(f"a path of more than {DEEPEST} steps", path=path)

@@ -8,7 +8,7 @@ from equipoise.bounded_yaml import BadYamlError, load_yaml
 from equipoise.errors import ScenarioError
 
 
-def load_tree(text: str, source: str) -> Any:
+def load_tree(text: str, source: str, kind: str = "scenario") -> Any:
     """Return ruamel's tree, which knows the line of each key; `plain_tree` makes it a plain one.
 
     Raises: `ScenarioError` if it is not YAML, too long, too deep or no mapping.
@@ -20,7 +20,7 @@ def load_tree(text: str, source: str) -> Any:
             error.problem, path=source, line=error.line, remedy=error.remedy
         ) from error
     if not isinstance(tree, dict):
-        raise ScenarioError("a scenario is a mapping of keys to values", path=source)
+        raise ScenarioError(f"a {kind} is a mapping of keys to values", path=source)
     return tree
 
 
@@ -49,3 +49,13 @@ def plain_tree(node: Any) -> Any:
         if isinstance(node, kind):
             return kind(node)
     return str(node)
+
+
+def merged(base: Any, changes: Any) -> Any:
+    """Return `base` with `changes` written over it, mapping by mapping."""
+    if not (isinstance(base, dict) and isinstance(changes, dict)):
+        return changes
+    both = dict(base)
+    for key, value in changes.items():
+        both[key] = merged(base.get(key), value)
+    return both

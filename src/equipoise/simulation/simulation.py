@@ -10,7 +10,7 @@ import numpy as np
 from equipoise.physics import PhysicsState
 from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
-from equipoise.simulation.build.assemble import Assembly, assemble
+from equipoise.simulation.build.assemble import Assembly, Prepared, assemble
 from equipoise.simulation.object_log import ObjectLog
 from equipoise.simulation.operator import Operator, OperatorPort
 from equipoise.simulation.recorder import Recorder
@@ -20,12 +20,12 @@ from equipoise.wbc import WholeBodyCommand
 class Simulation:
     """A run: `ticks` runs it and yields what is logged.
 
-    Building it finds the starting posture, so it takes a moment.
+    Building it finds the starting posture, unless it is `prepared`, so it takes a moment.
     Raises: `ScenarioError`, `PostureNotFoundError`.
     """
 
-    def __init__(self, scenario: schema.Scenario) -> None:
-        self.assembly: Assembly = assemble(scenario)
+    def __init__(self, scenario: schema.Scenario, prepared: Prepared | None = None) -> None:
+        self.assembly: Assembly = assemble(scenario, prepared)
         self.scenario, self.setup = scenario, self.assembly.setup
         self.robot, self.levels = self.setup.robot, self.assembly.levels
         self.controller, self.plant = self.assembly.controller, self.assembly.plant

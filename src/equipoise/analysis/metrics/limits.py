@@ -70,6 +70,13 @@ def _torque_share(context: RunContext) -> Found | None:
     return most(list((np.abs(context.run["tau"]) / robot.tau_max).T), robot.joint_names)
 
 
+def _torque_effort(context: RunContext) -> float | None:
+    tau = context.run["tau"][context.settled]
+    if not len(tau):
+        return None
+    return float(np.sqrt(((tau / context.setup.robot.tau_max) ** 2).mean()))
+
+
 def _clamped_longest(context: RunContext) -> Found:
     """For how long [s] a torque stood at its limit without a rest, as it grows tick by tick.
 
@@ -104,6 +111,7 @@ METRICS = (
     Metric("joint_margin", "rad", "least distance to a joint position limit", _joint_margin),
     Metric("velocity_share", "", "largest share of a joint velocity limit", _velocity_share),
     Metric("torque_share", "", "largest share of a torque limit", _torque_share),
+    Metric("torque_effort", "", "torques as shares of their limits, RMS, settled", _torque_effort),
     Metric("saturated_ticks", "", "ticks with a clamped torque or worse", _status_count(0, 1.0)),
     Metric("clamped_longest", "s", "longest time with a clamped torque or worse", _clamped_longest),
     Metric("held_ticks", "", "ticks on which the last torque was kept", _status_count(0, 2.0)),

@@ -27,6 +27,7 @@ from equipoise.contacts import (
     SoleContact,
     SurfaceContact,
 )
+from equipoise.contacts.surfaces import Plane
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.kinematics.kernels import FRAMES, Q, place_frames, place_joints, state_shapes
 from equipoise.kinematics.tree import fill_tree, tree_of
@@ -91,7 +92,9 @@ class ContactForces:
                     part.kinds[k] = POINT
                 if contact.supporting:
                     self._other_supports.append(contact)
-            if isinstance(contact, SurfaceContact | MovingSurfaceContact):
+            if isinstance(contact, SurfaceContact) and isinstance(contact.surface, Plane):
+                self._normals[k] = contact.T_world_surface.rotation[:, 2]  # wherever it is touched
+            elif isinstance(contact, SurfaceContact | MovingSurfaceContact):
                 self._sliding.append((k, contact))
 
     def read(self, q: Array, v: Array, t: float, readings: Array, xmat: Array) -> None:

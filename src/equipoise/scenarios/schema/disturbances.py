@@ -34,12 +34,15 @@ class LinkScaleSpec(Section):
 class DisturbancesSpec(Section):
     """What the simulated robot has and the controller does not know.
 
-    `links`: factors by the name of a link; everything fixed to the link takes part.
+    `links`: factors by the name of a link; everything fixed to the link takes part. `com_shift`
+    [m], base axes: where the robot's centre of mass is at half-sitting, besides where it should be;
+    the mass of every link lies that far off.
     """
 
     payloads: list[PayloadSpec] = []
     mass_scale: Positive = 1.0
     links: dict[str, LinkScaleSpec] = {}
+    com_shift: Vector3 = [0.0, 0.0, 0.0]
 
 
 class SensorSpec(Section):

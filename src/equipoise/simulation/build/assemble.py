@@ -11,6 +11,7 @@ from equipoise.errors import NameNotFoundError
 from equipoise.hqp import make_solver
 from equipoise.motion import Governor, solve_posture
 from equipoise.physics import PhysicsEngine
+from equipoise.robots import Robot
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path
 from equipoise.simulation.build.checks import check_contacts, check_waypoints
@@ -55,16 +56,27 @@ class Assembly:
         return self.plant.engine
 
 
-def assemble(scenario: schema.Scenario) -> Assembly:
-    """Put a scenario together; finding the starting posture takes a moment.
+@dataclass(frozen=True)
+class Prepared:
+    """What runs that differ in nothing but controller, physics and faults share.
+
+    The robot as it was loaded, and the starting posture (nq,) that was found for it.
+    """
+
+    robot: Robot
+    q_start: Array
+
+
+def assemble(scenario: schema.Scenario, prepared: Prepared | None = None) -> Assembly:
+    """Put a scenario together; finding the starting posture takes a moment unless it is given.
 
     Raises: `ScenarioError`, `PostureNotFoundError`.
     """
-    setup = build_setup(scenario)
+    setup = build_setup(scenario, prepared.robot if prepared is not None else None)
     check_waypoints(scenario, setup)
     told = tell_slowed(scenario)
     levels = build_levels(scenario, setup)
-    q_start = starting_posture(scenario, setup)
+    q_start = prepared.q_start if prepared is not None else starting_posture(scenario, setup)
     check_contacts(setup, q_start, setup.reference_schedule.at(0.0))
     advice = advise(scenario, setup, q_start)
     controller = WholeBodyController(

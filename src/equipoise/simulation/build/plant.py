@@ -12,7 +12,7 @@ from equipoise.errors import ScenarioError
 from equipoise.physics import PushedObject
 from equipoise.robots import Robot
 from equipoise.scenarios import schema
-from equipoise.scenarios.lookup import frame_of
+from equipoise.scenarios.lookup import frame_of, to_vector
 from equipoise.simulation.build.setup import Setup, check_object
 from equipoise.spatial import Array
 
@@ -24,6 +24,8 @@ def plant_robot(scenario: schema.Scenario, setup: Setup) -> Robot:
     if disturbances.mass_scale != 1.0:
         robot = robot.scaled(disturbances.mass_scale)
     robot = _with_scaled_links(robot, disturbances.links)
+    if any(disturbances.com_shift):
+        robot = _with_shifted_com(robot, to_vector(disturbances.com_shift))
     for i, payload in enumerate(disturbances.payloads):
         path = f"disturbances.payloads.{i}"
         point = np.array(payload.at)
@@ -60,6 +62,18 @@ def _with_scaled_links(robot: Robot, links: Mapping[str, schema.LinkScaleSpec]) 
             spec.mass * inertia.mass, inertia.lever, spec.inertia * inertia.inertia
         )
     return replace(robot, model=model) if links else robot
+
+
+def _with_shifted_com(robot: Robot, shift: tuple[float, float, float]) -> Robot:
+    """Return the robot whose mass lies off by `shift` [m], base axes, as it stands half-sitting."""
+    model = robot.model.copy()
+    kin = robot.at(robot.q_half_sitting)
+    base = kin.joint_placement(1).rotation if robot.nv_base else np.eye(3)
+    for joint in range(1, model.njoints):
+        inertia, R = model.inertias[joint], kin.joint_placement(joint).rotation
+        lever = inertia.lever + R.T @ base @ np.array(shift)
+        model.inertias[joint] = pin.Inertia(inertia.mass, lever, inertia.inertia)
+    return replace(robot, model=model)
 
 
 def _moving(robot: Robot, name: str) -> int:

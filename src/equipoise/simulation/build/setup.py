@@ -76,9 +76,12 @@ class Setup:
         return AttachedTrajectory(self.targets[obj], self.handles[obj, hand])
 
 
-def build_setup(scenario: schema.Scenario) -> Setup:
-    """Return robot, scene and contacts. Raises: `ScenarioError` naming the path of a wrong name."""
-    robot = get_robot(scenario.robot)
+def build_setup(scenario: schema.Scenario, robot: Robot | None = None) -> Setup:
+    """Return robot, scene and contacts; `robot` is loaded unless it is given.
+
+    Raises: `ScenarioError` naming the path of a wrong name.
+    """
+    robot = robot or get_robot(scenario.robot)
     targets = _targets(scenario)
     handles = {
         (name, hand): to_pose(spec)

@@ -1,0 +1,1 @@
+"""Many runs of a scenario: drawn, run on many cores, compared; gains that are found by them."""

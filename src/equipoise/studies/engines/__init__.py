@@ -1,0 +1,1 @@
+"""Where the runs of a study run: processes of this machine, or a Dask cluster."""

@@ -60,7 +60,7 @@ class SupervisorLimits:
     tilt: float = 0.9
     overspeed: float = 1.5
     recovery: float = 1.0
-    ramp: float = 0.5
+    ramp: float = 1.0
     delay: float = 0.005
     hold_error: float = 0.8
     hold_tilt: float = 0.3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from equipoise.contacts import ContactStack
@@ -15,6 +16,7 @@ from equipoise.control import (
     Supervisor,
 )
 from equipoise.errors import InputError
+from equipoise.scenarios import read_scenario
 from equipoise.simulation.faults import DelayLine, ExternalForce, FaultInjector, Faults
 from helpers import kinematics, random_state, sole_contacts
 
@@ -151,3 +153,19 @@ def test_whatever_is_measured_the_torque_is_finite_and_allowed(hrp2, rng):
         command = supervisor.step(k * DT, Measurement(*parts), target)
         assert np.isfinite(command.tau).all()
         assert (np.abs(command.tau) <= hrp2.tau_max).all()
+
+
+def test_a_shifted_centre_of_mass_is_off_by_what_was_asked():
+    """At half-sitting the plant's centre of mass lies off by the shift, its mass is the same."""
+    from equipoise.simulation.build.plant import plant_robot
+    from equipoise.simulation.build.setup import build_setup
+
+    shift = [0.03, -0.01, 0.02]
+    scenario = read_scenario("press", [f"disturbances.com_shift={shift}"])
+    setup = build_setup(scenario)
+    plant, q = plant_robot(scenario, setup), setup.robot.q_half_sitting
+    there, here = (
+        pin.centerOfMass(one.model, one.model.createData(), q) for one in (plant, setup.robot)
+    )
+    np.testing.assert_allclose(there - here, shift, atol=1e-12)
+    assert plant.mass == setup.robot.mass

@@ -49,7 +49,10 @@ class DaskCluster:
             check_address(spec.address, spec.tls)
         self._news: SimpleQueue[Any] = SimpleQueue()
         self._batches: dict[str, Batch] = {}
-        self._cluster = None if spec.address else _made(spec)
+        try:
+            self._cluster = None if spec.address else _made(spec)
+        except (RuntimeError, OSError) as error:  # a TimeoutError is an OSError
+            raise EngineLostError(f"the Dask cluster did not start: {error}") from error
         try:
             self._client = distributed.Client(
                 self._cluster or spec.address, security=security_of(spec.tls), timeout=PATIENCE
@@ -214,7 +217,12 @@ def _library() -> Any:
         import distributed
     except ImportError:
         raise InputError("the engine dask needs distributed", remedy=REMEDY) from None
-    dask.config.set({"distributed.scheduler.allowed-failures": 3})
+    dask.config.set(
+        {
+            "distributed.scheduler.allowed-failures": 3,
+            "distributed.comm.timeouts.connect": f"{PATIENCE:.0f}s",  # a busy machine is slow
+        }
+    )
     return distributed
 
 

@@ -12,6 +12,7 @@ from arms import arm_urdf
 from equipoise.errors import NameNotFoundError, RobotFileError
 from equipoise.robots import Robot, check_urdf, load_robot
 from equipoise.robots.files.finding import WARNING
+from equipoise.robots.registry import named_robots, robot_path
 
 LIMIT = '<limit lower="-2.8" upper="2.8" velocity="5" effort="150"/>'
 
@@ -68,6 +69,17 @@ def test_who_locks_the_follower_moves_its_leader(tmp_path: Path) -> None:
     path = write(tmp_path, coupled(), "locked: {joint5: 0.0}\n")
     assert load_robot(path).joint_names == ("joint1", "joint2", "joint3", "joint4", "joint6")
     assert not told(path, "coupled")
+    by_pattern = write(tmp_path, coupled(), 'locked: {"joint[25]": 0.0}\n')
+    assert load_robot(by_pattern).joint_names == ("joint1", "joint3", "joint4", "joint6")
+    assert not told(by_pattern, "coupled")
+
+
+@pytest.mark.parametrize("name", sorted(named_robots()))
+def test_named_robots_have_nothing_to_be_warned_of(
+    name: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    load_robot(robot_path(name))
+    assert not caplog.records
 
 
 def test_joints_are_locked_by_pattern(tmp_path: Path) -> None:

@@ -18,7 +18,8 @@ from equipoise.robots.files.values import DECIMAL
 def lock_coupled(tree: Node, extras: Extras) -> set[str]:
     """Lock every joint that follows another, and its leader; return their names.
 
-    What the YAML locked already stays as it is. Each keeps its <mimic>, which the check tells of.
+    What the YAML locked already stays as it is, untold. The others keep their <mimic>, which the
+    check tells of.
     Raises: RobotFileError.
     """
     joints = {node.get("name", ""): node for node in tree.findall("joint")}
@@ -26,7 +27,10 @@ def lock_coupled(tree: Node, extras: Extras) -> set[str]:
     locked: set[str] = set()
     for name, node in joints.items():
         mimic = node.find("mimic")
-        if mimic is None or node.get("type") not in MOVING:
+        if mimic is None:
+            continue
+        if node.get("type") not in MOVING:  # the YAML locked it by itself: it follows nothing
+            node.remove(mimic)
             continue
         leader = mimic.get("joint", "")
         value = leaders.setdefault(leader, _posture(leader, joints.get(leader), extras))

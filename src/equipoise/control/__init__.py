@@ -4,8 +4,8 @@ from equipoise.control.base_wrench.bounded import (
     BoundedDistribution,
     Distribution,
     DistributionStatus,
-    ReactionBounds,
 )
+from equipoise.control.base_wrench.foot_bounds import ReactionBounds
 from equipoise.control.base_wrench.least import distribute_base_wrench
 from equipoise.control.base_wrench.observer import (
     ReactionObserver,

@@ -358,7 +358,10 @@ def share_base_wrench(
         packed(law, TERMS, 2, count), costs,
     )  # fmt: skip
     if flags[BOUNDED]:
-        bounded_reaction(bounds, rows, search, J, supporting, u, costs, without, base, t, F)
+        tau_max = vector(law, TAU_MAX)
+        bounded_reaction(
+            bounds, rows, search, J, supporting, u, costs, without, tau_max, base, t, F
+        )
     else:
         least_reaction(J, supporting, u, costs, without, base, F)
 

@@ -14,7 +14,7 @@ from equipoise.compiled import entrance
 from equipoise.compiled.workspace import Workspace, part_of
 from equipoise.contacts import ContactStack
 from equipoise.contacts.pull import least_regulated, least_wanted, refuse_pull
-from equipoise.control.base_wrench.bounded import ReactionBounds
+from equipoise.control.base_wrench.foot_bounds import ReactionBounds
 from equipoise.control.interface import (
     Command,
     ControllerState,

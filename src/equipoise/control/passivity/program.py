@@ -9,12 +9,8 @@ import numpy as np
 from equipoise.compiled.workspace import Shape, Workspace
 from equipoise.contacts import Contact, ContactStack
 from equipoise.contacts.program import ContactProgram
-from equipoise.control.base_wrench.bounded import (
-    BoundsProgram,
-    ReactionBounds,
-    bounds_of,
-    require_feet,
-)
+from equipoise.control.base_wrench.bounded import BoundsProgram, carriers_of
+from equipoise.control.base_wrench.foot_bounds import ReactionBounds, bounds_of, require_feet
 from equipoise.control.base_wrench.observer import observer_gain
 from equipoise.control.base_wrench.support import Support
 from equipoise.control.passivity.gains import ControlGains
@@ -55,7 +51,7 @@ class LawProgram:
         rows = 0
         if bounds is not None:
             rows = sum(len(bounds_of(sole, bounds).b) for sole in require_feet(supporting))
-        self.bounds = BoundsProgram(bounds or ReactionBounds(), unknowns, rows)
+        self.bounds = BoundsProgram(bounds or ReactionBounds(), unknowns, rows, robot.na)
         self.bounded = bounds is not None
         self.sizes = LawSizes(
             robot.nq, robot.nv, robot.na, len(contacts), self.contacts.size,
@@ -117,7 +113,8 @@ class LawProgram:
         law.flags[ROW_COUNT], law.flags[BOUNDED] = stack.size, self.bounded
         law.terms.ravel()[: support.terms.size] = support.terms.ravel()
         if self.bounded:
-            self.bounds.fill(workspace, support.contacts, self.robot.nv_base)
+            carriers = carriers_of(self.robot, support.contacts)
+            self.bounds.fill(workspace, support.contacts, self.robot.nv_base, carriers)
 
 
 def index_of(contacts: Sequence[Contact], wanted: Contact) -> int:

@@ -105,8 +105,9 @@ class ControlSpec(Section):
     gains of a rival: those of `gains` belong to the paper's law, all but `handover`.
 
     `distribution` of the base wrench over the soles: `least` cost, or `bounded` so that the floor
-    can give the predicted reaction (pressing, in the cones, pressure inside the soles); left out it
-    is `bounded` in the engine mujoco.
+    can give the predicted reaction (pressing, in the cones, pressure inside the soles) and then so
+    that the joints that carry need no more than `torque_share` of their motors; left out it is
+    `bounded` in the engine mujoco.
     `reaction_filter` [s]: how slowly the measured reaction is followed when it is predicted; zero
     takes it at face value, which no delay survives. `soft_floor_delay` [s]: on a floor that gives
     (engine mujoco) the adviser chooses `kappa`, `alpha` and the layer of `sgn_p` so that the loop
@@ -126,6 +127,7 @@ class ControlSpec(Section):
     contact_rate: Positive = 10.0
     start: Literal["released", "standing"] = "released"
     distribution: Literal["least", "bounded"] | None = None
+    torque_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.7
     reaction_filter: NotNegative = 0.02
     soft_floor_delay: NotNegative = 0.003
     gains: GainsSpec = GainsSpec()

@@ -160,10 +160,11 @@ def control_settings(scenario: schema.Scenario, advice: GainAdvice) -> ControlSe
     control = scenario.control
     usual = "bounded" if scenario.physics.engine == "mujoco" else "least"
     distribution = control.distribution or usual
+    bounds = ReactionBounds(torque_share=control.torque_share)
     return ControlSettings(
         gains=to_control_gains(gains_of(scenario), advice),
         period=control.period,
-        bounds=ReactionBounds() if distribution == "bounded" else None,
+        bounds=bounds if distribution == "bounded" else None,
         filter_time=control.reaction_filter,
         solver=control.solver,
         governor=_governor(control.governor),

@@ -43,9 +43,9 @@ def running_law(robot, rng, held, projector, grasped=False):
         law.switch(stack)
     k = stack.regulated_rows.size
     for tick in range(5):
-        dq = 0.005 * rng.normal(size=robot.nv)
+        dq = 0.001 * rng.normal(size=robot.nv)
         measured = Measurement(
-            pin.integrate(robot.model, q, dq), 0.05 * rng.normal(size=robot.nv),
+            pin.integrate(robot.model, q, dq), 0.01 * rng.normal(size=robot.nv),
             5.0 * rng.normal(size=stack.size),
         )  # fmt: skip
         command = law.step(tick * DT, measured, Reference(q, np.zeros(robot.nv), np.full(k, 8.0)))

@@ -109,10 +109,15 @@ class Stepper:
         for _ in range(round(duration / self.dt)):
             self.tick()
 
-    def shift(self, goal, duration):
-        """Lead the centre of mass over a point (x, y) [m]."""
-        start, ticks = self.p_com.copy(), round(duration / self.dt)
+    def shift(self, goal, overshoot=0.008):
+        """Lead the centre of mass over a point (x, y) [m], the ZMP at most `overshoot` [m] past it.
+
+        The largest acceleration of a minimum-jerk way D in T is 5.77 D / T^2.
+        """
+        start = self.p_com.copy()
         way = np.array([goal[0], goal[1], start[2]]) - start
+        duration = max(np.sqrt(5.77 * np.linalg.norm(way) * start[2] / (9.81 * overshoot)), 0.5)
+        ticks = round(duration / self.dt)
         for k in range(ticks):
             s, ds = minimum_jerk(k / ticks)
             self.com.set(pin.SE3(np.eye(3), start + s * way), np.r_[ds / duration * way, 0, 0, 0])
@@ -142,7 +147,7 @@ class Stepper:
     def step(self, i, forward=0.0, height=0.05):
         """Shift over the other foot, lift this one, put it down, and stand on both."""
         touch = 0.03 * self.robot.mass * 9.81
-        self.shift(self.centre(1 - i)[:2], 1.5)
+        self.shift(self.centre(1 - i)[:2])
         self.rest(0.2)
         self.switch([self.names[1 - i]])
         self.swing(i, height, forward / 2.0, 0.6)

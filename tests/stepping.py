@@ -10,9 +10,8 @@ import pinocchio as pin
 from equipoise import WholeBodyController
 from equipoise.contacts import ContactStack, SoleContact
 from equipoise.control import ReactionBounds
-from equipoise.motion.levels import feet_of
 from equipoise.physics.mujoco import MujocoEngine, MujocoOptions
-from equipoise.tasks import ComTask, FrameAxesTask, FramePoseTask, JointLimitsTask, PostureTask
+from equipoise.tasks import ComTask, FramePoseTask, JointLimitsTask, PostureTask
 from equipoise.trajectories import LiveTarget
 from equipoise.wbc import ControlSettings
 from equipoise.wbc.doors import LoopSettings, gains_for

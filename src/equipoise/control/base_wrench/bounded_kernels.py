@@ -34,13 +34,14 @@ def bounds_shapes(rows: int, unknowns: int) -> list[tuple[str, Shape, bool]]:
 @compiled
 def bounded_reaction(
     bounds: Block, rows: Block, search: Block, J: np.ndarray, supporting: np.ndarray, u: np.ndarray,
-    costs: np.ndarray, without: np.ndarray, wish: np.ndarray, left: float, base: int, t: float, F: np.ndarray,
+    costs: np.ndarray, without: np.ndarray, wish: np.ndarray, left: float, base: int, t: float,
+    F: np.ndarray,
 ) -> None:  # fmt: skip
     """Write the reaction F [k] within bounds that carries the first `base` entries of u.
 
-    `wish` [k] is the reaction that costs nothing, the share `left` of one that was measured; as much
-    of what it violates is forgiven. Where no bound is met F is that of `least_reaction` at the same
-    `costs` [k] for `without - wish`.
+    `wish` [k] is the reaction that costs nothing, the share `left` of one that was measured; what
+    that one violates is forgiven by the same share. Where no bound is met F is that of
+    `least_reaction` at the same `costs` [k] for `without - wish`.
     """
     A, lower, upper = matrix(rows, A_ROWS), vector(rows, LOWER), vector(rows, UPPER)
     limits = vector(bounds, LIMITS)

@@ -15,7 +15,7 @@ from enum import Enum
 
 import numpy as np
 
-from equipoise.compiled import entrance
+from equipoise.compiled import entrance, scratch
 from equipoise.compiled.workspace import Part, Shape, Workspace, part_of
 from equipoise.contacts import Contact
 from equipoise.control.base_wrench.bounded_kernels import (
@@ -116,7 +116,7 @@ class BoundsProgram:
             found = bounds_of(sole, self.bounds)
             columns = slice(column, column + sole.size)
             own.sides[row - base : row - base + len(found.b), columns] = found.A
-            rows.lower[row : row + len(found.b)] = found.b
+            own.limits[row - base : row - base + len(found.b)] = found.b
             rows.first[row : row + len(found.b)] = columns.start
             rows.last[row : row + len(found.b)] = columns.stop
             row, column, what = row + len(found.b), columns.stop, [*what, *found.what]
@@ -147,7 +147,8 @@ class BoundsProgram:
             rows.first[start + n], rows.last[start + n] = first[joint], last[joint]
 
     def _clear(self, own: Part, rows: Part, search: Part, base: int) -> None:
-        own.sides[:], own.near_since[:], own.carriers[:] = 0.0, np.inf, -1
+        own.sides[:], own.limits[:], own.near_since[:] = 0.0, -np.inf, np.inf
+        own.carriers[:] = -1
         rows.A[:], rows.lower[:], rows.upper[:] = 0.0, -np.inf, np.inf
         rows.ends[:] = base, base + len(own.sides), len(rows.lower)
         rows.first[:], rows.last[:], rows.single[:] = 0, self.unknowns, -1
@@ -176,7 +177,11 @@ def bounded_alone(
         part_of(floats, whole, tables, 1),
         part_of(floats, whole, tables, 2),
     )
-    bounded_reaction(bounds, rows, search, J, supporting, u, costs, without, tau_max, base, 0.0, F)
+    wish = scratch(F.shape[0])
+    wish[:] = 0.0
+    bounded_reaction(
+        bounds, rows, search, J, supporting, u, costs, without, wish, 0.0, tau_max, base, 0.0, F
+    )
 
 
 class BoundedDistribution:

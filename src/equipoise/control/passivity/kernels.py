@@ -33,6 +33,7 @@ from equipoise.control.passivity.manifold_kernels import (
     posture_update,
 )
 from equipoise.control.passivity.memory import (
+    ADAPT,
     ALPHA,
     AT,
     BETA,
@@ -54,6 +55,7 @@ from equipoise.control.passivity.memory import (
     FORCE,
     FOUND,
     GAINS,
+    GROWTH_MAX,
     HANDING_OVER,
     HANDOVER,
     IN_METRIC,
@@ -85,6 +87,7 @@ from equipoise.control.passivity.memory import (
     REGULATED,
     REGULATED_COUNT,
     RELAX,
+    ROOT,
     ROW_COUNT,
     SPLIT,
     STARTED,
@@ -243,11 +246,11 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
     force_update(force, t - clock[T_FORCE], gains[BETA_F], gains[K_IF])
     if flags[MAPPING]:
         posture[INTEGRAL, :] = 0.0
-        posture_update(posture, dq, dv, 0.0, gains[ALPHA], gains[BETA_P], gains[K_IP])
+        write_posture(law, 0.0)
         extended_force(law, J, rank)
         map_supports(law, base_size(tree), t)
         rank = factorise_rows(law, J)
-    posture_update(posture, dq, dv, t - clock[T_POSTURE], gains[ALPHA], gains[BETA_P], gains[K_IP])
+    write_posture(law, t - clock[T_POSTURE])
     extended_force(law, J, rank)
     hand_over(law, t)
     return rank
@@ -289,6 +292,16 @@ def extended_force(law: Block, J: np.ndarray, rank: int) -> None:
         )
         for k in range(nv):
             u[k] += J[regulated[i], k] * along
+
+
+@compiled
+def write_posture(law: Block, age: float) -> None:
+    """Update the posture manifold at its age [s]."""
+    gains = vector(law, GAINS)
+    posture_update(
+        matrix(law, POSTURE), vector(law, DQ), vector(law, DV), age, gains[ALPHA], gains[BETA_P],
+        gains[K_IP], gains[ROOT], gains[LAYER_P],
+    )  # fmt: skip
 
 
 @compiled
@@ -460,8 +473,9 @@ def law_torque(law: Block, J: np.ndarray, rank: int, base: int) -> int:
             if s_qp[i] * posture[INTEGRAL, i] > 0.0:
                 held[i] = max(held[i], HELD_BACK)
     posture_integrate(
-        posture, s_qp, held, gains[PERIOD], gains[BOUND], int(gains[KIND_P]), gains[LAYER_P]
-    )
+        posture, s_qp, held, gains[PERIOD], gains[BOUND], int(gains[KIND_P]), gains[LAYER_P],
+        gains[ADAPT], gains[GROWTH_MAX],
+    )  # fmt: skip
     dlam = scratch(count)
     for i in range(count):
         dlam[i] = lam[regulated[i]] - lam_ref[i]

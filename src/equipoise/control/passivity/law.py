@@ -27,7 +27,7 @@ from equipoise.control.interface import (
 )
 from equipoise.control.passivity.gains import ControlGains, require_gains
 from equipoise.control.passivity.kernels import HELD, RUN, SATURATED, law_begin, law_tick
-from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
+from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold, Variants
 from equipoise.control.passivity.memory import (
     FLAG_COUNT,
     MAPPING,
@@ -165,7 +165,8 @@ class PassivityController:
         self._least_ref = least_regulated(self.contacts.contacts)
         self.posture = PostureManifold(
             self.robot.nv, alpha=gains.alpha, beta_p=gains.beta_p, k_ip=gains.k_ip,
-            sgn=gains.sgn_p, bound=gains.integral_max, inside=(law.posture, law.clock, T_POSTURE),
+            sgn=gains.sgn_p, bound=gains.integral_max, variants=variants_of(gains),
+            inside=(law.posture, law.clock, T_POSTURE),
         )  # fmt: skip
         force = law.force.ravel()[: 6 * k].reshape(6, k)
         self.force = ForceManifold(
@@ -185,6 +186,7 @@ class PassivityController:
         self._gains = gains
         posture, force = self.posture, self.force
         posture.alpha, posture.beta_p, posture.k_ip = gains.alpha, gains.beta_p, gains.k_ip
+        posture.root, posture.adapt, posture.growth_max = variants_of(gains)
         force.beta_F, force.k_iF = gains.beta_F, gains.k_iF
 
     @property
@@ -376,6 +378,11 @@ def _names(contacts: ContactStack, *, supporting: bool = False) -> list[str]:
     return [
         c.name for c in contacts.contacts if (c.supporting if supporting else bool(c.regulated))
     ]
+
+
+def variants_of(gains: ControlGains) -> Variants:
+    """Return the gains of the variants of the posture's integral."""
+    return gains.root, gains.adapt, gains.growth_max
 
 
 def require_support(robot: Robot, contacts: ContactStack) -> None:

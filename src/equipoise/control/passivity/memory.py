@@ -23,8 +23,9 @@ LAW = Arrays(
 
 # entries of `gains`
 (ALPHA, BETA_P, K_IP, BOUND, KIND_P, LAYER_P, BETA_F, K_IF, KIND_F, LAYER_F, BETA, MU, ETA, FADE,
- DAMP_VIOLATION, PERIOD, OBSERVER, IN_METRIC, RELAX) = range(19)  # fmt: skip
-GAIN_COUNT = 19
+ DAMP_VIOLATION, PERIOD, OBSERVER, IN_METRIC, RELAX, ROOT, ADAPT,
+ GROWTH_MAX) = range(22)  # fmt: skip
+GAIN_COUNT = 22
 # entries of `clock`: when posture and force manifold, the last hand-over and the last set of
 # supports began [s]
 T_POSTURE, T_FORCE, T_HANDOVER, T_SUPPORTS = range(4)
@@ -66,7 +67,7 @@ def law_shapes(sizes: LawSizes) -> list[tuple[str, Shape, bool]]:
     f, n = max(sizes.supporting, 1), max(sizes.supports, 1)
     return LAW.shapes(
         J=(r, nv), L=(r, nv), reflectors=(r, nv), K_d=(nv, nv), unroot=(nv, nv), tau_max=na,
-        gains=GAIN_COUNT, posture=(5, nv), force=(6, k), lam=r, lam_ref=k, q_ref=nq, v_ref=nv,
+        gains=GAIN_COUNT, posture=(6, nv), force=(6, k), lam=r, lam_ref=k, q_ref=nq, v_ref=nv,
         dq=nv, dv=nv, s=nv, u=nv, u_before=nv, handover=nv, reaction=f, lam_0=f, costs=f,
         terms=(2, f), centres=(n, 2), loads=n, found=f, carried=nv, tau=na, clock=4, pivots=r,
         at=max(sizes.contacts, 1), regulated=k, supporting=f, normal_rows=n,

@@ -139,6 +139,7 @@ def gain_numbers(gains: ControlGains, dt: float, filter_time: float) -> Array:
             gains.sgn_p.layer, gains.beta_F, gains.k_iF, gains.sgn_F.code, gains.sgn_F.layer,
             gains.beta, gains.mu, gains.eta, gains.handover, gains.damp_violation, dt,
             observer_gain(filter_time, dt), gains.projector == "damping", gains.relax,
+            gains.root, gains.adapt, gains.growth_max,
         ],
         dtype=float,
     )  # fmt: skip

@@ -43,6 +43,9 @@ class GainsSpec(Section):
     sgn_p: SignSpec = SignSpec()
     sgn_F: SignSpec = SignSpec(layer=0.5)
     integral_max: Positive = 10.0
+    root: NotNegative = 0.0
+    adapt: NotNegative = 0.0
+    growth_max: NotNegative = 4.0
     handover: Positive = 0.3
     damp_violation: bool = False
     projector: Literal["euclidean", "damping"] | None = None

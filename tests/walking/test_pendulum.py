@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -14,9 +16,9 @@ OMEGA = 3.5
 
 def a_path(rng, start=0.7, count=7):
     goals = rng.normal(scale=0.1, size=(count, 2))
-    times = rng.uniform(0.15, 1.0, size=count)
+    times = rng.uniform(0.3, 1.0, size=count)
     moves = [ZmpMove(T, g, k in (0, count - 2)) for k, (T, g) in enumerate(zip(times, goals))]
-    p, dcm, zmp = rng.normal(scale=0.05, size=(3, 2))
+    p, dcm, zmp = rng.normal(scale=0.01, size=(3, 2))
     nothing = np.zeros(2)
     return PendulumPath(OMEGA, start, CentreState(p, nothing, nothing, zmp, dcm), moves), (p, dcm)
 
@@ -40,13 +42,14 @@ def test_the_centre_obeys_the_equation_of_the_pendulum(rng):
 def test_the_divergent_component_is_the_bounded_one(rng):
     """xi(t) = omega int_t^inf exp(-omega (s - t)) zmp(s) ds, by quadrature over the future."""
     path, _ = a_path(rng)
-    x, w = np.polynomial.legendre.leggauss(200)
+    x, w = np.polynomial.legendre.leggauss(20)
     for t in np.linspace(path.start, path.end, 40):
-        rest = path.at(path.end).zmp * np.exp(-OMEGA * (path.end - t))
-        s = 0.5 * (path.end - t) * (x + 1.0) + t
-        zmp = np.array([path.at(one).zmp for one in s])
-        weight = 0.5 * (path.end - t) * w * OMEGA * np.exp(-OMEGA * (s - t))
-        assert np.allclose(path.at(t).dcm, weight @ zmp + rest, atol=2e-6)
+        total = path.at(path.end).zmp * np.exp(-OMEGA * (path.end - t))
+        for a, b in pairwise([t, *(s for s in path._starts if s > t), path.end]):
+            s = 0.5 * (b - a) * (x + 1.0) + a
+            zmp = np.array([path.at(one).zmp for one in s])
+            total = total + 0.5 * (b - a) * w * OMEGA * np.exp(-OMEGA * (s - t)) @ zmp
+        assert np.allclose(path.at(t).dcm, total, atol=1e-10)
 
 
 def test_it_stays_within_what_the_zero_moment_points_span(rng):

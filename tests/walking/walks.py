@@ -20,7 +20,7 @@ from equipoise.walking import (
 from equipoise.walking.feet import level_pose
 
 WEIGHT = 500.0  # [N]
-DT = 1e-3  # [s]
+DT = 2e-3  # [s]
 
 FEET = Feet(
     Sole("left", "left", -0.1, 0.13, -0.056, 0.075),

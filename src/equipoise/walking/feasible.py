@@ -84,9 +84,11 @@ def require_feasible(
     """
     limits = limits or WalkLimits()
     _require_swings(plan, feet, settings, limits)
-    t, room, step = min(zmp_room(plan, feet, settings), key=lambda one: one[1])
-    if room >= limits.margin:
+    rooms = list(zmp_room(plan, feet, settings))
+    first = next((step for _, room, step in rooms if room < limits.margin), plan)
+    if first is plan:
         return
+    t, room, step = min((one for one in rooms if one[2] is first), key=lambda one: one[1])
     if settings.mode is WalkMode.SLOW:
         remedy = "Give a longer shift, or feet that are nearer to each other"
     else:

@@ -98,7 +98,7 @@ class PendulumPath(CentrePath):
             decay = math.exp(-self.omega * T)
             B = c - value(particular, 0.0) - A * decay
             c = value(particular, T) + A + B * decay
-            self._pieces.append((particular, A, B))
+            self._pieces.append((np.hstack((particular, derivative(particular), powers)), A, B))
 
     def _backwards(self, zmp: list[Array]) -> tuple[list[Array], Array]:
         """Return what grows (A) of each piece, and the bounded divergent component at the start."""
@@ -128,9 +128,9 @@ class PendulumPath(CentrePath):
             return CentreState(p, np.zeros(2), np.zeros(2), p, p)
         k = piece_at(self._starts, t)
         s, T = max(t - self._starts[k], 0.0), self._durations[k]
-        particular, A, B = self._pieces[k]
+        powers, A, B = self._pieces[k]
         grows, decays = A * math.exp(omega * (s - T)), B * math.exp(-omega * s)
-        p = value(particular, s) + grows + decays
-        v = value(derivative(particular), s) + omega * (grows - decays)
-        zmp = value(self._zmp[k], s)
+        p, v, zmp = value(powers, s).reshape(3, 2)
+        p = p + grows + decays
+        v = v + omega * (grows - decays)
         return CentreState(p, v, omega**2 * (p - zmp), zmp, p + v / omega)

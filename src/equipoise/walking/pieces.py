@@ -11,6 +11,7 @@ from equipoise.spatial import Array
 STEP = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])  # the minimum-jerk step of a unit of time
 BUMP = np.array([0.0, 0.0, 16.0, -32.0, 16.0, 0.0])  # 16 x^2 (1 - x)^2: one at its middle
 POWERS = len(STEP)
+_DERIVE = np.diag(np.arange(1.0, POWERS), 1)
 
 
 def move(start: Array, goal: Array, duration: float) -> Array:
@@ -28,17 +29,15 @@ def bump(height: Array, duration: float) -> Array:
 def derivative(powers: Array, order: int = 1) -> Array:
     """Return the powers (6, k) of a derivative."""
     for _ in range(order):
-        lower = np.zeros_like(powers)
-        lower[:-1] = powers[1:] * np.arange(1.0, len(powers))[:, None]
-        powers = lower
+        powers = _DERIVE @ powers
     return powers
 
 
 def value(powers: Array, s: float) -> Array:
     """Return a polynomial (k,) at `s` [s] after its start."""
-    total = np.zeros(powers.shape[1])
-    for row in powers[::-1]:
-        total = total * s + row
+    s2 = s * s
+    s3 = s2 * s
+    total: Array = np.array([1.0, s, s2, s3, s2 * s2, s3 * s2]) @ powers
     return total
 
 

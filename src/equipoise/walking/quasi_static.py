@@ -35,14 +35,13 @@ class QuasiStaticPath(CentrePath):
         self._starts, self.end = edges[:-1].tolist(), float(edges[-1])
         self._pieces, here = [], np.asarray(begin, dtype=float)
         for one in moves:
-            self._pieces.append(move(here, one.goal, one.duration))
+            powers = move(here, one.goal, one.duration)
+            self._pieces.append(np.hstack([derivative(powers, order) for order in range(3)]))
             here = np.asarray(one.goal, dtype=float)
 
     def at(self, t: float) -> CentreState:
         """Return where it is at time `t` [s]; it rests before its start and behind its end."""
         k = piece_at(self._starts, t)
         s = min(max(t - self._starts[k], 0.0), self._durations[k])
-        powers = self._pieces[k]
-        rate = derivative(powers)
-        p, v, a = value(powers, s), value(rate, s), value(derivative(rate), s)
+        p, v, a = value(self._pieces[k], s).reshape(3, 2)
         return CentreState(p, v, a, p - a / self.omega**2, p + v / self.omega)

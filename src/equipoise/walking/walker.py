@@ -20,6 +20,7 @@ from equipoise.walking.swing import FootPath, Glide, Standing, Swing
 from equipoise.walking.targets import WalkTargets
 
 BOTH = (LEFT, RIGHT)
+LATE = 0.01  # [s] behind its plan at which a touchdown is told to be late
 NAMES = ("left", "right")
 
 
@@ -104,7 +105,7 @@ class Walker:
         self._left = [one.footstep for one in self.plan.steps]  # footsteps not yet begun
         self._number = 1  # of the next step
         self._wanted: list[Footstep] | None = None
-        self._stops = self._stood = False
+        self._stops = self._stood = self._told = False
         self._heading = self.plan.heading.at(self.clock.t)[0]
         self._upright: dict[str, Array] = {
             name: led.at(0.0).T_world_target.rotation for name, led in self.targets.upright.items()
@@ -175,7 +176,7 @@ class Walker:
         to = step.footstep.T_world_sole
         self._paths[step.foot] = Swing(here, to, step.lift, step.land, shape)
         self._swing, self.supports = step, (1 - step.foot,)
-        self._left = self._left[1:]
+        self._left, self._told = self._left[1:], False
         self._number = step.number + 1
         self.events.append(WalkEvent(t, "lift", step.number, step.foot))
 
@@ -187,9 +188,11 @@ class Walker:
         share = (s - step.lift) / (step.land - step.lift)
         if share > self.touch.earliest and loads[step.foot] > self.touch.load:
             self._land(t, s, step, T_world_soles[step.foot])
-        elif s >= step.land and not self.clock.slowed:
+        elif s >= step.land:
             self.clock.slowed = True
-            self.events.append(WalkEvent(t, "late", step.number, step.foot))
+            if s >= step.land + LATE and not self._told:
+                self._told = True
+                self.events.append(WalkEvent(t, "late", step.number, step.foot))
 
     def _land(self, t: float, s: float, step: PlannedStep, T_here: pin.SE3) -> None:
         """Take the ground where it is, and plan on from there."""

@@ -14,7 +14,7 @@ from enum import Enum
 
 import numpy as np
 
-from equipoise.compiled import entrance
+from equipoise.compiled import entrance, scratch
 from equipoise.compiled.workspace import Part, Shape, Workspace, part_of
 from equipoise.contacts import Contact, PointContact, SoleContact
 from equipoise.control.base_wrench.bounded_kernels import (
@@ -131,7 +131,7 @@ class BoundsProgram:
             found = bounds_of(sole, self.bounds)
             columns = slice(column, column + sole.size)
             own.sides[row - base : row - base + len(found.b), columns] = found.A
-            rows.lower[row : row + len(found.b)] = found.b
+            own.limits[row - base : row - base + len(found.b)] = found.b
             rows.first[row : row + len(found.b)] = columns.start
             rows.last[row : row + len(found.b)] = columns.stop
             row, column, what = row + len(found.b), columns.stop, [*what, *found.what]
@@ -139,7 +139,7 @@ class BoundsProgram:
         own.numbers[WARN], own.numbers[LANDED] = self.bounds.warn, SETTLED
 
     def _clear(self, own: Part, rows: Part, search: Part, base: int) -> None:
-        own.sides[:], own.near_since[:] = 0.0, np.inf
+        own.sides[:], own.limits[:], own.near_since[:] = 0.0, -np.inf, np.inf
         rows.A[:], rows.lower[:], rows.upper[:] = 0.0, -np.inf, np.inf
         rows.ends[:] = base, len(rows.lower)
         rows.first[:], rows.last[:], rows.single[:] = 0, self.unknowns, -1
@@ -167,7 +167,11 @@ def bounded_alone(
         part_of(floats, whole, tables, 1),
         part_of(floats, whole, tables, 2),
     )
-    bounded_reaction(bounds, rows, search, J, supporting, u, costs, without, u.shape[0], 0.0, F)
+    wish = scratch(F.shape[0])
+    wish[:] = 0.0
+    bounded_reaction(
+        bounds, rows, search, J, supporting, u, costs, without, wish, u.shape[0], 0.0, F
+    )
 
 
 class BoundedDistribution:

@@ -1,8 +1,8 @@
 """Kernel of the bounded distribution: a hierarchy of three, the wrench, the bounds, the cost.
 
-The unknown is y = cost * lam, lam the predicted reaction, so that the cheapest reaction is the
-least y: level 0 carries the base wrench, level 1 keeps the bounds as well as that allows, and what
-is still free is least.
+The unknown is y = cost * (lam - wish), lam the predicted reaction, so that the cheapest change of
+what is wished is the least y: level 0 carries the base wrench, level 1 keeps the bounds as well as
+that allows, and what is still free is least.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from equipoise.compiled.workspace import Arrays, Block, Shape, integers, matrix,
 from equipoise.hqp.solvers.active_set.memory import A_ROWS, FIRST, LAST, LOWER, UPPER, V
 from equipoise.hqp.solvers.active_set.solve import solve_there
 
-BOUNDS = Arrays(("sides", "near_since", "predicted", "numbers"))
-SIDES, NEAR_SINCE, PREDICTED, NUMBERS = range(len(BOUNDS.names))
+BOUNDS = Arrays(("sides", "limits", "near_since", "predicted", "numbers"))
+SIDES, LIMITS, NEAR_SINCE, PREDICTED, NUMBERS = range(len(BOUNDS.names))
 # entries of `numbers`: how near [N] to a bound is told, from when on [s], and of the last tick the
 # largest violation of a bound [N] and whether the hierarchy was solved
 WARN, LANDED, SLACK, STATUS = range(4)
@@ -23,39 +23,43 @@ WORK_LIMIT = 200
 
 
 def bounds_shapes(rows: int, unknowns: int) -> list[tuple[str, Shape, bool]]:
-    """Return the arrays: the bounds are `sides lam >= lower` of `rows`, without the base's.
+    """Return the arrays: the bounds are `sides lam >= limits`.
 
     `near_since` [rows] is when a bound was first nearly met, or infinite.
     """
     m = max(rows, 1)
-    return BOUNDS.shapes(sides=(m, unknowns), near_since=m, predicted=unknowns, numbers=4)
+    return BOUNDS.shapes(sides=(m, unknowns), limits=m, near_since=m, predicted=unknowns, numbers=4)
 
 
 @compiled
 def bounded_reaction(
     bounds: Block, rows: Block, search: Block, J: np.ndarray, supporting: np.ndarray, u: np.ndarray,
-    costs: np.ndarray, without: np.ndarray, base: int, t: float, F: np.ndarray,
+    costs: np.ndarray, without: np.ndarray, wish: np.ndarray, base: int, t: float, F: np.ndarray,
 ) -> None:  # fmt: skip
     """Write the reaction F [k] within bounds that carries the first `base` entries of u.
 
-    Where no bound is met it is that of `least_reaction` at the same `costs` [k].
+    `wish` [k] is the reaction that costs nothing. Where no bound is met F is that of
+    `least_reaction` at the same `costs` [k] for `without - wish`.
     """
     A, lower, upper = matrix(rows, A_ROWS), vector(rows, LOWER), vector(rows, UPPER)
+    limits = vector(bounds, LIMITS)
     sides, first, last = matrix(bounds, SIDES), integers(rows, FIRST), integers(rows, LAST)
     predicted, numbers, count = vector(bounds, PREDICTED), vector(bounds, NUMBERS), F.shape[0]
     for i in range(base):
         lower[i] = u[i]
         for k in range(count):
             A[i, k] = J[supporting[k], i] / costs[k]
-            lower[i] += J[supporting[k], i] * without[k]
+            lower[i] += J[supporting[k], i] * (without[k] - wish[k])
         upper[i] = lower[i]
     for i in range(base, lower.shape[0]):
+        lower[i] = limits[i - base]
         for k in range(first[i], last[i]):
             A[i, k] = sides[i - base, k] / costs[k]
+            lower[i] -= sides[i - base, k] * wish[k]
     numbers[STATUS] = solve_there(rows, search, WORK_LIMIT)
     y = vector(search, V)
     for k in range(count):
-        predicted[k] = y[k] / costs[k]
+        predicted[k] = y[k] / costs[k] + wish[k]
         F[k] = predicted[k] - without[k]
     watch(bounds, A, lower, y, base, t)
 

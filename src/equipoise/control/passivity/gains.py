@@ -34,6 +34,7 @@ class ControlGains:
     | `sgn_p`, `sgn_F` | | sign functions of the two integrals |
     | `integral_max` | s | bound on each integral of sgn_p: it carries at most this times K_d k_ip |
     | `handover` | s | how fast the difference fades that a change of contacts would make |
+    | `relax` | s | how fast the forces fade that supports exert on each other after a switch |
     | `damp_violation` | | add to s what violates contacts: zero on rigid ones, steadies soft ones |
     | `projector` | | `euclidean`: Q_phi as printed; `damping`: orthogonal in K_d, see docs/law |
 
@@ -53,11 +54,13 @@ class ControlGains:
     sgn_F: SignFunction = field(default_factory=SignFunction)
     integral_max: float = 10.0
     handover: float = 0.3
+    relax: float = 0.03
     damp_violation: bool = False
     projector: Projector = "euclidean"
 
     def __post_init__(self) -> None:
-        for name in ("alpha", "beta_p", "beta", "beta_F", "mu", "eta", "integral_max", "handover"):
+        positive = ("alpha", "beta_p", "beta", "beta_F", "mu", "eta", "integral_max")
+        for name in (*positive, "handover", "relax"):
             self._require_positive(name)
         for name in ("k_ip", "k_iF"):
             value = real_number(f"gain {name}", getattr(self, name), finite=False)

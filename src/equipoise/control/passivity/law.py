@@ -7,6 +7,7 @@ at all is outside, once, when the adviser suggests the constant matrix `K_d`.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -29,12 +30,13 @@ from equipoise.control.passivity.kernels import HELD, RUN, SATURATED, law_begin,
 from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
 from equipoise.control.passivity.memory import (
     FLAG_COUNT,
+    MAPPING,
     STARTED,
     SWITCHING,
     T_FORCE,
     T_POSTURE,
 )
-from equipoise.control.passivity.program import LawProgram, index_of
+from equipoise.control.passivity.program import LawProgram, LoadSplit, index_of
 from equipoise.errors import InputError
 from equipoise.hqp.solvers.active_set.solve import SOLVE
 from equipoise.kinematics.state import Kinematics, KinematicsMemory
@@ -43,6 +45,8 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, real_vector, require_period
 
+Keep = Literal["torque", "energy"]
+KEEPS: tuple[Keep, ...] = get_args(Keep)
 BEGIN, FINISH = 1, 2  # parts of a tick: what Python has to see before the rest stands between
 STATUS = {
     RUN: ControlStatus.RUN,
@@ -84,9 +88,10 @@ class PassivityController:
     stop while a torque is clamped. With `damp_violation` s also holds `(I - Q_phi) dv`. With the
     projector `damping` Q_phi and J_phi^+ are those that are orthogonal in K_d (`NearestVelocity`),
     and `damp_violation` adds what violates the supporting rows alone. With
-    `bounds` the base wrench is shared out within what a floor can give. `filter_time` [s] is that
-    of the `ReactionObserver` through which the law sees its supporting reaction. It makes a
-    workspace of its own, or works `inside` one that was laid out by a program, in the parts from a
+    `bounds` the base wrench is shared out within what a floor can give, by the loads that are
+    "measured" or those that the "zmp" asks for (`split`). `filter_time` [s] is that of the
+    `ReactionObserver` through which the law sees its supporting reaction. It makes a workspace of
+    its own, or works `inside` one that was laid out by a program, in the parts from a
     number on.
     """
 
@@ -99,13 +104,14 @@ class PassivityController:
         *,
         bounds: ReactionBounds | None = None,
         filter_time: float = 0.0,
+        split: LoadSplit = "measured",
         inside: tuple[Workspace, LawProgram, int] | None = None,
     ) -> None:
         require_support(robot, contacts)
         self.robot, self.dt = robot, require_period(dt)
         self.filter_time = not_negative("filter_time", filter_time, "s")
         require_gains(gains, self.dt)
-        self._bounds, self._gains = bounds, gains
+        self._bounds, self._gains, self._split = bounds, gains, split
         if inside is None:
             self._lay_out(contacts)
         else:
@@ -115,7 +121,7 @@ class PassivityController:
     def _lay_out(self, contacts: ContactStack) -> None:
         """Make a workspace for these contacts."""
         robot = self.robot
-        program = LawProgram(robot, contacts.contacts, self._bounds)
+        program = LawProgram(robot, contacts.contacts, self._bounds, self._split)
         frames = list(dict.fromkeys(map(robot.frame_id, program.contacts.frames())))
         workspace = Workspace(
             {"tree": tree_of(robot.model, frames), **program.shapes(len(frames))},
@@ -216,6 +222,8 @@ class PassivityController:
             "handover",
             "reaction",
             "lam_0",
+            "found",
+            "carried",
             "tau",
             "clock",
         ):
@@ -223,37 +231,61 @@ class PassivityController:
         law.flags[:] = np.zeros(FLAG_COUNT)
         self.hold(self.contacts)
 
-    def switch(self, contacts: ContactStack) -> None:
+    def switch(self, contacts: ContactStack, keep: Keep = "torque") -> None:
         """Let other contacts hold from the next `step` on, without a jump of the torque.
 
-        The manifolds start anew there, so that s_qp = 0 and s_qF = 0; the integral of the posture
-        stays. What u would jump by is added to it and fades with `gains.handover`.
-        Raises: `InputError` if the supporting contacts change (the reaction F has its memory).
+        Where the supporting contacts stay, the manifolds start anew, so that s_qp = 0 and s_qF = 0,
+        and the integral of the posture stays; what u would jump by is added to it and fades with
+        `gains.handover`. Where they change, what the torque carried is mapped to the contacts that
+        hold from now on: the integral takes it over, and only what stands along regulated rows is
+        left to fade. `keep` says what is continuous then: the "torque"; or the "energy" of a lost
+        contact, whose force as it was last measured the others then bear at once.
+        Raises: `InputError` for an unknown `keep`, or if nothing is left to support the base.
         """
-        before = [c.name for c in self.contacts.contacts if c.supporting]
-        after = [c.name for c in contacts.contacts if c.supporting]
-        if before != after:
-            raise InputError(
-                "the supporting contacts cannot change while running", given=after, known=before
-            )
+        if keep not in KEEPS:
+            raise InputError("unknown what is to be kept", given=keep, known=list(KEEPS))
+        require_support(self.robot, contacts)
+        law, before = self.law, self.contacts
+        mapped = _names(before, supporting=True) != _names(contacts, supporting=True)
+        if mapped:
+            law.carried[:] = 0.0
+            if keep == "energy":
+                law.carried[:] = self._force_of_lost(contacts)
         known = self.program.contacts.contacts
         if any(index_of(known, contact) < 0 for contact in contacts.contacts):
             memory = self.state()
             self._lay_out(contacts)
             self._take(memory)
+        same = _names(before) == _names(contacts)
         self.hold(contacts)
-        self.force.memory[:] = 0.0
+        if not (mapped and same):
+            self.force.memory[:] = 0.0
         flags = self.law.flags
+        if mapped:
+            flags[MAPPING] = flags[STARTED]
+            self.law.found[:] = 0.0
+            return
         flags[SWITCHING] = flags[STARTED]
         flags[STARTED] = 0
 
+    def _force_of_lost(self, contacts: ContactStack) -> Array:
+        """Return the generalised force (nv,) of supports that go, as in the last tick."""
+        law, force = self.law, np.zeros(self.robot.nv)
+        staying = set(contacts.rows)
+        for contact in self.contacts.contacts:
+            if contact.supporting and contact.name not in staying:
+                rows = self.contacts.rows[contact.name]
+                force += law.J[rows].T @ law.lam[rows]
+        return force
+
     def _take(self, memory: Mapping[str, Array]) -> None:
         """Take over from another layout what does not depend on the contacts that are regulated."""
-        for name in ("posture", "u_before", "handover", "tau", "clock", "flags"):
+        for name in ("posture", "u_before", "handover", "carried", "tau", "clock", "flags"):
             getattr(self.law, name)[...] = memory[f"law.{name}"]
         for name in ("reaction", "lam_0"):
-            kept = memory[f"law.{name}"]
-            getattr(self.law, name)[: len(kept)] = kept
+            kept, mine = memory[f"law.{name}"], getattr(self.law, name)
+            size = min(len(kept), len(mine))  # supports that change are mapped, whatever is here
+            mine[:size] = kept[:size]
 
     def take_over(self, tau: Array) -> None:
         """Begin from joint torques `tau` (na,) [N m] that are measured now, at the first `step`.
@@ -334,6 +366,13 @@ class PassivityController:
         return Command(
             law.tau.copy(), STATUS[code], law.u.copy(), self.base_reaction.copy(), law.s.copy()
         )
+
+
+def _names(contacts: ContactStack, *, supporting: bool = False) -> list[str]:
+    """Return the names of contacts that support, or of regulated ones."""
+    return [
+        c.name for c in contacts.contacts if (c.supporting if supporting else bool(c.regulated))
+    ]
 
 
 def require_support(robot: Robot, contacts: ContactStack) -> None:

@@ -108,7 +108,7 @@ def test_it_walks_on_with_other_steps_and_from_a_stand():
         loads = [250.0, 250.0]
         if step is not None:
             loads[step.foot] = 500.0 if soles[step.foot].translation[2] <= 1e-12 else 0.0
-        walker.advance(t, DT, loads, soles)
+        walker.advance(t, DT, loads, lambda soles=soles: soles)
         rows.append([led.row(t).copy() for led in
                      (*walker.targets.soles, walker.targets.centre, walker.targets.upright["torso"])])  # fmt: skip
         t += DT

@@ -57,7 +57,7 @@ def walk(walker, ground=lambda step: 0.0, miss=lambda step: np.zeros(3), most=30
             floor = step.footstep.T_world_sole.translation[2] + ground(step)
             loads[foot] = WEIGHT if soles[foot].translation[2] <= floor + 1e-12 else 0.0
             soles[foot].translation += miss(step)
-        walker.advance(t, DT, loads, tuple(soles))
+        walker.advance(t, DT, loads, lambda soles=tuple(soles): soles)
         if each is not None:
             each(t)
         led = (*walker.targets.soles, walker.targets.centre, *walker.targets.upright.values())

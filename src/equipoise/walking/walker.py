@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -141,15 +141,16 @@ class Walker:
     # -- a tick ---------------------------------------------------------------------------------
 
     def advance(
-        self, t: float, dt: float, loads: Sequence[float], T_world_soles: Stance
+        self, t: float, dt: float, loads: Sequence[float], find_soles: Callable[[], Stance]
     ) -> tuple[int, ...]:
         """Go on to the tick of time `t` [s] that lasts `dt` [s]; return the feet that carry in it.
 
-        `loads` (2,) [N] are the normal forces at the soles, `T_world_soles` where they are.
+        `loads` (2,) [N] are the normal forces at the soles; `find_soles` says where they are, and
+        is asked at a touchdown only.
         """
         s = self.clock.t
         if self._swing is not None:
-            self._look_for_ground(t, s, loads, T_world_soles)
+            self._look_for_ground(t, s, loads, find_soles)
         elif self.stands and self._wanted:
             self._begin(s)
         if self._swing is None and self._left:
@@ -181,13 +182,13 @@ class Walker:
         self.events.append(WalkEvent(t, "lift", step.number, step.foot))
 
     def _look_for_ground(
-        self, t: float, s: float, loads: Sequence[float], T_world_soles: Stance
+        self, t: float, s: float, loads: Sequence[float], find_soles: Callable[[], Stance]
     ) -> None:
         step = self._swing
         assert step is not None
         share = (s - step.lift) / (step.land - step.lift)
         if share > self.touch.earliest and loads[step.foot] > self.touch.load:
-            self._land(t, s, step, T_world_soles[step.foot])
+            self._land(t, s, step, find_soles()[step.foot])
         elif s >= step.land:
             self.clock.slowed = True
             if s >= step.land + LATE and not self._told:

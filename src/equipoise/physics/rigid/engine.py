@@ -182,6 +182,13 @@ class RigidContactEngine:
         self._lam[rows] = lam
         return (gravity - J.T @ lam)[base:]
 
+    def support(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
+        """Raise: `InputError`. These contacts hold both ways, for as long as the run lasts."""
+        raise InputError(
+            f"contact {name!r} cannot be lifted or put down: the contacts of this engine hold",
+            remedy="Use the engine mujoco, or rigid with contacts that lift",
+        )
+
     @property
     def object_names(self) -> tuple[str, ...]:
         """No names: this engine has no bodies that move freely."""

@@ -10,14 +10,13 @@ import pinocchio as pin
 from equipoise import WholeBodyController
 from equipoise.contacts import ContactStack, SoleContact
 from equipoise.control import ReactionBounds
-from equipoise.motion.levels import feet_of
 from equipoise.physics.mujoco import MujocoEngine, MujocoOptions
-from equipoise.tasks import ComTask, FrameAxesTask, FramePoseTask, JointLimitsTask, PostureTask
+from equipoise.tasks import ComTask, FramePoseTask, JointLimitsTask, PostureTask
 from equipoise.trajectories import LiveTarget
 from equipoise.wbc import ControlSettings
 from equipoise.wbc.doors import LoopSettings, gains_for
 
-STRIDE = 0.0
+SEARCH = 0.03  # [m/s] at which a foot comes down, and goes on searching for the floor
 
 
 def minimum_jerk(x: float) -> tuple[float, float]:
@@ -109,10 +108,15 @@ class Stepper:
         for _ in range(round(duration / self.dt)):
             self.tick()
 
-    def shift(self, goal, duration):
-        """Lead the centre of mass over a point (x, y) [m]."""
-        start, ticks = self.p_com.copy(), round(duration / self.dt)
+    def shift(self, goal, overshoot=0.008):
+        """Lead the centre of mass over a point (x, y) [m], the ZMP at most `overshoot` [m] past it.
+
+        The largest acceleration of a minimum-jerk way D in T is 5.77 D / T^2.
+        """
+        start = self.p_com.copy()
         way = np.array([goal[0], goal[1], start[2]]) - start
+        duration = max(np.sqrt(5.77 * np.linalg.norm(way) * start[2] / (9.81 * overshoot)), 0.5)
+        ticks = round(duration / self.dt)
         for k in range(ticks):
             s, ds = minimum_jerk(k / ticks)
             self.com.set(pin.SE3(np.eye(3), start + s * way), np.r_[ds / duration * way, 0, 0, 0])
@@ -121,43 +125,32 @@ class Stepper:
         self.com.set(pin.SE3(np.eye(3), self.p_com), np.zeros(6))
 
     def swing(self, i, up, forward, duration, touch=None):
-        """Move a foot by a way up and forward [m]; stop where it presses with `touch` [N]."""
-        T, ticks = self.T_feet[i].copy(), round(duration / self.dt)
-        way = np.array([forward, 0.0, up])
-        for k in range(ticks):
-            s, ds = minimum_jerk(k / ticks)
-            now = pin.SE3(T.rotation, T.translation + s * way)
-            self.T_feet[i] = now
-            self.feet[i].set(now, np.r_[ds / duration * way, 0, 0, 0])
+        """Move a foot by a way up and forward [m]; going down it goes on until it presses [N]."""
+        T, ticks, k = self.T_feet[i].copy(), round(duration / self.dt), 0
+        way, down = np.array([forward, 0.0, up]), np.array([0.0, 0.0, SEARCH if touch else 0.0])
+        while k < ticks or (touch is not None and self.load(i) < touch):
+            x = min(k / ticks, 1.0)
+            s, ds = minimum_jerk(x)
+            late = max(k - ticks, 0) * self.dt
+            p = duration * (4.0 * x**3 - 7.0 * x**4 + 3.0 * x**5) - late
+            dp = 12.0 * x**2 - 28.0 * x**3 + 15.0 * x**4
+            self.T_feet[i] = pin.SE3(T.rotation, T.translation + s * way + p * down)
+            self.feet[i].set(self.T_feet[i], np.r_[ds / duration * way + dp * down, 0, 0, 0])
             self.tick()
-            if touch is not None and k > ticks // 2 and self.load(i) > touch:
+            k += 1
+            assert late < 1.0, "the foot finds no floor"
+            if touch is not None and x > 0.5 and self.load(i) > touch:
                 break
-        else:
-            self.T_feet[i] = pin.SE3(T.rotation, T.translation + way)
         self.feet[i].set(self.T_feet[i], np.zeros(6))
-
-    def search(self, i, touch, speed=0.03):
-        """Lower a foot until it presses."""
-        for _ in range(1000):
-            if self.load(i) > touch:
-                break
-            T = self.T_feet[i]
-            way = np.array([0.0, 0.0, -speed])
-            self.T_feet[i] = pin.SE3(T.rotation, T.translation + way * self.dt)
-            self.feet[i].set(self.T_feet[i], np.r_[way, 0, 0, 0])
-            self.tick()
-        self.feet[i].set(self.T_feet[i], np.zeros(6))
-        assert self.load(i) > touch
 
     def step(self, i, forward=0.0, height=0.05):
         """Shift over the other foot, lift this one, put it down, and stand on both."""
         touch = 0.03 * self.robot.mass * 9.81
-        self.shift(self.centre(1 - i)[:2], 1.5)
+        self.shift(self.centre(1 - i)[:2])
         self.rest(0.2)
         self.switch([self.names[1 - i]])
         self.swing(i, height, forward / 2.0, 0.6)
         self.swing(i, -height, forward / 2.0, 0.6, touch)
-        self.search(i, touch)
         self.switch(self.names)
         self.rest(0.2)
 

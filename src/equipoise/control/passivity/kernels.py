@@ -384,7 +384,9 @@ def share_base_wrench(
         return
     support_costs(law, J, without, base)
     if flags[BOUNDED]:
-        bounded_reaction(bounds, rows, search, J, supporting, u, costs, without, wish, base, t, F)
+        bounded_reaction(
+            bounds, rows, search, J, supporting, u, costs, without, wish, left, base, t, F
+        )
         return
     for i in range(count):
         without[i] -= wish[i]

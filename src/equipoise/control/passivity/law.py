@@ -35,6 +35,7 @@ from equipoise.control.passivity.memory import (
     SWITCHING,
     T_FORCE,
     T_POSTURE,
+    T_SUPPORTS,
 )
 from equipoise.control.passivity.program import LawProgram, LoadSplit, index_of
 from equipoise.errors import InputError
@@ -47,6 +48,7 @@ from equipoise.spatial.numbers import not_negative, real_vector, require_period
 
 Keep = Literal["torque", "energy"]
 KEEPS: tuple[Keep, ...] = get_args(Keep)
+LONG_AGO = -1e9  # [s] when the supports changed that never did
 BEGIN, FINISH = 1, 2  # parts of a tick: what Python has to see before the rest stands between
 STATUS = {
     RUN: ControlStatus.RUN,
@@ -229,6 +231,7 @@ class PassivityController:
         ):
             getattr(law, name)[...] = 0.0
         law.flags[:] = np.zeros(FLAG_COUNT)
+        law.clock[T_SUPPORTS] = LONG_AGO
         self.hold(self.contacts)
 
     def switch(self, contacts: ContactStack, keep: Keep = "torque") -> None:

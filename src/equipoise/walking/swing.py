@@ -27,7 +27,7 @@ class SwingShape:
     """
 
     height: float = 0.05
-    touchdown: float = 0.05
+    touchdown: float = 0.03
     search: float = 0.04
 
     def __post_init__(self) -> None:

@@ -71,7 +71,7 @@ class SwingSpec(Section):
     """
 
     height: Positive = 0.05
-    touchdown: Positive = 0.05
+    touchdown: Positive = 0.03
     search: NotNegative = 0.04
 
 

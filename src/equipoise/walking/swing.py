@@ -14,7 +14,7 @@ from equipoise.trajectories.minimum_jerk import share_of, step, step_bend, step_
 from equipoise.trajectories.quintic import powers_between
 
 RISE = 0.45  # share of the swing in which the foot goes up
-ACROSS = (0.1, 0.85)  # shares of the swing between which it goes across and turns
+ACROSS = (0.02, 0.96)  # shares of the swing between which it goes across and turns
 FASTEST = 1.875  # greatest rate of a minimum-jerk step
 
 

@@ -170,7 +170,7 @@ def bounded_alone(
     wish = scratch(F.shape[0])
     wish[:] = 0.0
     bounded_reaction(
-        bounds, rows, search, J, supporting, u, costs, without, wish, 0.0, u.shape[0], 0.0, F
+        bounds, rows, search, J, supporting, u, costs, without, wish, wish, 0.0, u.shape[0], 0.0, F
     )
 
 

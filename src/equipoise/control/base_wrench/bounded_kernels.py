@@ -34,14 +34,14 @@ def bounds_shapes(rows: int, unknowns: int) -> list[tuple[str, Shape, bool]]:
 @compiled
 def bounded_reaction(
     bounds: Block, rows: Block, search: Block, J: np.ndarray, supporting: np.ndarray, u: np.ndarray,
-    costs: np.ndarray, without: np.ndarray, wish: np.ndarray, left: float, base: int, t: float,
-    F: np.ndarray,
+    costs: np.ndarray, without: np.ndarray, wish: np.ndarray, found: np.ndarray, left: float,
+    base: int, t: float, F: np.ndarray,
 ) -> None:  # fmt: skip
     """Write the reaction F [k] within bounds that carries the first `base` entries of u.
 
-    `wish` [k] is the reaction that costs nothing, the share `left` of one that was measured; what
-    that one violates is forgiven by the same share. Where no bound is met F is that of
-    `least_reaction` at the same `costs` [k] for `without - wish`.
+    `wish` [k] is the reaction that costs nothing. What `found` [k] violates, which was measured, is
+    forgiven by the share `left`. Where no bound is met F is that of `least_reaction` at the same
+    `costs` [k] for `without - wish`.
     """
     A, lower, upper = matrix(rows, A_ROWS), vector(rows, LOWER), vector(rows, UPPER)
     limits = vector(bounds, LIMITS)
@@ -54,13 +54,13 @@ def bounded_reaction(
             lower[i] += J[supporting[k], i] * (without[k] - wish[k])
         upper[i] = lower[i]
     for i in range(base, lower.shape[0]):
-        wished, limit = 0.0, limits[i - base]
+        violated = lower[i] = limits[i - base]
         for k in range(first[i], last[i]):
             A[i, k] = sides[i - base, k] / costs[k]
-            wished += sides[i - base, k] * wish[k]
-        lower[i] = limit - wished
-        if limit > -np.inf:
-            lower[i] -= max(left * limit - wished, 0.0)
+            lower[i] -= sides[i - base, k] * wish[k]
+            violated -= sides[i - base, k] * found[k]
+        if violated > 0.0:
+            lower[i] -= left * violated
     numbers[STATUS] = solve_there(rows, search, WORK_LIMIT)
     y = vector(search, V)
     for k in range(count):

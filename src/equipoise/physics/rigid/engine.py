@@ -130,6 +130,10 @@ class RigidContactEngine:
         self._entrance = (workspace.floats, workspace.integers, workspace.tables)
         self._memory = KinematicsMemory(robot, workspace, 1)
 
+    def begin_at(self, ticks: int) -> None:
+        """Let so many control periods have gone by before the next step."""
+        self._ticks, self._t = ticks, ticks * self._control_dt
+
     @property
     def state(self) -> PhysicsState:
         """The present state."""

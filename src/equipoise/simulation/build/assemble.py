@@ -163,7 +163,8 @@ def advise(scenario: schema.Scenario, setup: Setup, q_start: Array) -> GainAdvic
 def control_settings(scenario: schema.Scenario, advice: GainAdvice) -> ControlSettings:
     """Return how the scenario wants the robot controlled."""
     control = scenario.control
-    usual = "bounded" if scenario.physics.engine == "mujoco" else "least"
+    lifts = scenario.physics.engine == "mujoco" or scenario.walk is not None
+    usual = "bounded" if lifts else "least"
     distribution = control.distribution or usual
     return ControlSettings(
         gains=to_control_gains(gains_of(scenario), advice),

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from walks import FEET, STANCE, mirrored
 
 from equipoise.errors import InputError
 from equipoise.walking import LEFT, RIGHT, Stride, StrideLimits, closing_step, steps_along, steps_to
 from equipoise.walking.feet import turn_between, yaw_of
 from equipoise.walking.footsteps import after
-from walks import FEET, STANCE, mirrored
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 7, 12])
@@ -36,11 +36,15 @@ def test_sideways_no_foot_comes_nearer_to_the_other_than_it_stood(stride):
 
 
 def test_stairs_rise_by_as_much_a_step():
-    heights = [s.T_world_sole.translation[2] for s in steps_along(FEET, STANCE, Stride(0.2, up=0.05), 4)]
+    heights = [
+        s.T_world_sole.translation[2] for s in steps_along(FEET, STANCE, Stride(0.2, up=0.05), 4)
+    ]
     assert np.allclose(heights, [0.05, 0.1, 0.15, 0.15])
 
 
-@pytest.mark.parametrize("goal", [(1.0, 0.5, 0.3), (-0.2, 0.1, -0.4), (0.0, -0.3, 0.0), (-2.0, 0.0, 3.0)])
+@pytest.mark.parametrize(
+    "goal", [(1.0, 0.5, 0.3), (-0.2, 0.1, -0.4), (0.0, -0.3, 0.0), (-2.0, 0.0, 3.0)]
+)
 def test_a_goal_is_reached_in_steps_within_their_limits(goal):
     limits = StrideLimits()
     steps = steps_to(FEET, STANCE, goal, limits)
@@ -63,7 +67,9 @@ def test_steps_in_the_mirror_are_the_steps_of_the_other_foot():
     other = steps_along(FEET, swapped, Stride(0.1, -0.04, -0.1), 5)
     for a, b in zip(one, other, strict=True):
         assert a.foot == 1 - b.foot
-        assert np.allclose(mirrored(a.T_world_sole).homogeneous, b.T_world_sole.homogeneous, atol=1e-12)
+        assert np.allclose(
+            mirrored(a.T_world_sole).homogeneous, b.T_world_sole.homogeneous, atol=1e-12
+        )
 
 
 def test_closing_is_nothing_where_the_feet_are_closed():

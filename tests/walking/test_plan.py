@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from walks import FEET, PLANNER, SETTINGS, STANCE, mirrored
 
 from equipoise.errors import InputError
 from equipoise.walking import (
@@ -25,11 +26,16 @@ from equipoise.walking import (
 from equipoise.walking.feasible import zmp_room
 from equipoise.walking.feet import level_pose
 from equipoise.walking.footsteps import after
-from walks import FEET, PLANNER, SETTINGS, STANCE, mirrored
 
 QUICK = replace(SETTINGS, timing=WalkTiming(0.4, 0.15))
 SLOW = WalkSettings(0.78, WalkMode.SLOW, WalkTiming(1.0, 0.4, shift=2.0))
-STRIDES = [Stride(0.2), Stride(-0.15), Stride(0.0, 0.04), Stride(0.1, turn=0.1), Stride(0.2, up=0.05)]
+STRIDES = [
+    Stride(0.2),
+    Stride(-0.15),
+    Stride(0.0, 0.04),
+    Stride(0.1, turn=0.1),
+    Stride(0.2, up=0.05),
+]
 
 
 def room_of(planner, stance, steps):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from walks import DT, FEET, PLANNER, SETTINGS, STANCE, mirrored, walk, walker_of
 
 from equipoise.walking import (
     LEFT,
@@ -18,7 +19,6 @@ from equipoise.walking import (
     steps_along,
 )
 from equipoise.walking.footsteps import after
-from walks import DT, FEET, PLANNER, SETTINGS, STANCE, mirrored, walk, walker_of
 
 STEPS = steps_along(FEET, STANCE, Stride(0.2), 6)
 SOLES, CENTRE, TORSO = slice(0, 2), 2, 3
@@ -90,7 +90,9 @@ def test_it_stops_at_any_time_with_its_feet_side_by_side(moment):
     rows = walk(walker, each=each)
     assert len(kinds(walker, "lift")) <= stopped[0] + 2
     beside = STANCE[RIGHT].actInv(STANCE[LEFT]).homogeneous
-    assert np.allclose(walker.stance[RIGHT].actInv(walker.stance[LEFT]).homogeneous, beside, atol=1e-6)
+    assert np.allclose(
+        walker.stance[RIGHT].actInv(walker.stance[LEFT]).homogeneous, beside, atol=1e-6
+    )
     require_smooth(rows, 5e-4, 15.0)
 
 
@@ -115,17 +117,24 @@ def test_it_walks_on_with_other_steps_and_from_a_stand():
     rows = np.array(rows)
     require_smooth(rows, 5e-4, 15.0)
     for foot in (LEFT, RIGHT):
-        assert np.allclose(walker.stance[foot].homogeneous, after(stance, there)[foot].homogeneous, atol=1e-6)
+        assert np.allclose(
+            walker.stance[foot].homogeneous, after(stance, there)[foot].homogeneous, atol=1e-6
+        )
     R = rows[-1, TORSO, :9].reshape(3, 3).T
     assert pin.log3(R)[2] == pytest.approx(0.4, abs=1e-6)
-    spin, angles = rows[:, TORSO, 17], [pin.log3(row[:9].reshape(3, 3).T)[2] for row in rows[:, TORSO]]
+    spin, angles = (
+        rows[:, TORSO, 17],
+        [pin.log3(row[:9].reshape(3, 3).T)[2] for row in rows[:, TORSO]],
+    )
     assert np.abs(np.diff(angles) / DT - 0.5 * (spin[1:] + spin[:-1])).max() < 1e-3
 
 
 def test_a_walk_in_the_mirror_is_the_mirrored_walk():
     swapped = (mirrored(STANCE[RIGHT]), mirrored(STANCE[LEFT]))
     one = walk(walker_of(PLANNER, steps_along(FEET, STANCE, Stride(0.1, 0.03, 0.1), 4)))
-    other = walk(walker_of(PLANNER, steps_along(FEET, swapped, Stride(0.1, -0.03, -0.1), 4), swapped))
+    other = walk(
+        walker_of(PLANNER, steps_along(FEET, swapped, Stride(0.1, -0.03, -0.1), 4), swapped)
+    )
     flip = np.array([1.0, -1.0, 1.0])
     for k, j in ((0, 1), (1, 0), (CENTRE, CENTRE)):
         assert np.allclose(one[:, k, PLACE], flip * other[:, j, PLACE], atol=1e-9)

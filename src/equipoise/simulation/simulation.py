@@ -35,8 +35,8 @@ class Simulation:
         self.steps = round(scenario.duration / self.dt)
         self.objects = ObjectLog(self.engine)
         walk = self.assembly.walk
-        self.walk = None if walk is None else WalkDriver(
-            walk, self.setup, self.controller, self.engine
+        self.walk = (
+            None if walk is None else WalkDriver(walk, self.setup, self.controller, self.engine)
         )
         self.recorder = Recorder(self.assembly)
         self.tick_ns = np.zeros((self.steps, 2), dtype=np.int64)

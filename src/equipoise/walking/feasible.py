@@ -102,9 +102,7 @@ def require_feasible(
     )
 
 
-def _require_swings(
-    plan: WalkPlan, feet: Feet, settings: WalkSettings, limits: WalkLimits
-) -> None:
+def _require_swings(plan: WalkPlan, feet: Feet, settings: WalkSettings, limits: WalkLimits) -> None:
     stance = plan.stance
     for one in plan.steps:
         swing = Swing(

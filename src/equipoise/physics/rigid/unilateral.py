@@ -21,6 +21,7 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_number, real_period
 
+STANDS = 1e-4  # [m] over where its contact is, up to which a foot stands at the start
 NORMAL = 2  # row of a sole, and of a point, along which it can only push
 
 
@@ -80,7 +81,12 @@ class UnilateralContactEngine:
         self.events: list[ContactEvent] = []
         self._options = replace(options, substeps=1)
         self._feet = {c.name: c for c in contacts.contacts if _lifts(c)}
-        self._held = {c.name: c for c in contacts.contacts}
+        kin = robot.at(q_start)
+        self._held = {
+            c.name: c
+            for c in contacts.contacts
+            if not _lifts(c) or _lowest(c, kin)[0] < _height(c) + STANDS
+        }
         self._axes: dict[str, Array] = {}  # in which the wrench of a sole is told
         self.floor = min((_height(c) for c in self._feet.values()), default=-math.inf)
         v = np.zeros(robot.nv) if v_start is None else v_start
@@ -266,21 +272,23 @@ def _height(contact: Contact) -> float:
     return real_number("the height of a foot", contact.p_world[2])
 
 
+def _lowest(contact: Contact, kin: Kinematics) -> tuple[float, Array, str | int]:
+    """Return height [m] of a foot's lowest point, its middle (3,) [m], and its frame."""
+    if isinstance(contact, SoleContact):
+        corners = sole_corners(contact.sole, kin.placement(contact.frame))
+        return float(corners[:, 2].min()), corners.mean(axis=0), contact.frame
+    assert isinstance(contact, PointContact)
+    point = kin.placement(contact.frame).act(np.array(contact.offset))
+    return float(point[2]), point, contact.frame
+
+
 def _goes_into_floor(contact: Contact, kin: Kinematics, floor: float) -> bool:
     """Return whether the lowest point of a foot is at the floor, and its middle goes down."""
-    if isinstance(contact, SoleContact):
-        T, frame = kin.placement(contact.frame), contact.frame
-        corners = sole_corners(contact.sole, T)
-        lowest, middle = float(corners[:, 2].min()), corners.mean(axis=0)
-    else:
-        assert isinstance(contact, PointContact)
-        T, frame = kin.placement(contact.frame), contact.frame
-        middle = T.act(np.array(contact.offset))
-        lowest = float(middle[2])
+    lowest, middle, frame = _lowest(contact, kin)
     if lowest > floor:
         return False
     twist = kin.twist(frame)
-    speed = twist[:3] + np.cross(twist[3:], middle - T.translation)
+    speed = twist[:3] + np.cross(twist[3:], middle - kin.placement(frame).translation)
     return bool(speed[2] < 0.0)
 
 

@@ -158,9 +158,7 @@ def footsteps(spec: schema.WalkSpec, feet: Feet, stance: Stance) -> list[Footste
     if spec.to is not None:
         limits = StrideLimits(spec.to.forward, spec.to.side, spec.to.turn)
         return steps_to(feet, stance, spec.to.goal, limits)
-    return [
-        Footstep(FEET[one.foot], level_pose(*one.xyz, one.yaw)) for one in spec.steps or ()
-    ]
+    return [Footstep(FEET[one.foot], level_pose(*one.xyz, one.yaw)) for one in spec.steps or ()]
 
 
 def other_contacts(scenario: schema.Scenario, setup: Setup) -> list[Task]:
@@ -180,5 +178,7 @@ def _trunk(robot: Robot) -> list[str]:
     frames = [one for one in dict.fromkeys(named) if one in robot.frame_names]
     if frames:
         return frames
-    base = next(f for f in robot.model.frames if f.type == pin.FrameType.BODY and f.parentJoint == 1)
+    base = next(
+        f for f in robot.model.frames if f.type == pin.FrameType.BODY and f.parentJoint == 1
+    )
     return [base.name]

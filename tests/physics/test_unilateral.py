@@ -121,7 +121,7 @@ def test_a_landing_takes_the_momentum_and_energy_of_the_formulas(hrp2):
 
     Both from the state before and behind: neither from what the engine solved.
     """
-    engine, before, tau = landing(hrp2, 0.3)
+    engine, before, _ = landing(hrp2, 0.3)
     events = [one for one in engine.events if one.kind == "land"]
     assert [one.name for one in events] == ["left_sole", "right_sole"]
     kin = kinematics(hrp2, before.q, before.v)

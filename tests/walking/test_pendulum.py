@@ -17,7 +17,7 @@ OMEGA = 3.5
 def a_path(rng, start=0.7, count=7):
     goals = rng.normal(scale=0.1, size=(count, 2))
     times = rng.uniform(0.3, 1.0, size=count)
-    moves = [ZmpMove(T, g, k in (0, count - 2)) for k, (T, g) in enumerate(zip(times, goals))]
+    moves = [ZmpMove(times[k], goals[k], k in (0, count - 2)) for k in range(count)]
     p, dcm, zmp = rng.normal(scale=0.01, size=(3, 2))
     nothing = np.zeros(2)
     return PendulumPath(OMEGA, start, CentreState(p, nothing, nothing, zmp, dcm), moves), (p, dcm)

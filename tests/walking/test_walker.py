@@ -30,7 +30,7 @@ def kinds(walker, kind):
 
 
 def require_smooth(rows, most, sharpest):
-    """Every target goes where its twist says; no twist jumps, the soles' at a touchdown excepted."""
+    """Every target goes where its twist says, and no twist jumps."""
     for k in range(rows.shape[1]):
         place, speed = rows[:, k, PLACE], rows[:, k, SPEED]
         mean = 0.5 * (speed[1:] + speed[:-1])
@@ -111,8 +111,9 @@ def test_it_walks_on_with_other_steps_and_from_a_stand():
         if step is not None:
             loads[step.foot] = 500.0 if soles[step.foot].translation[2] <= 1e-12 else 0.0
         walker.advance(t, DT, loads, lambda soles=soles: soles)
-        rows.append([led.row(t).copy() for led in
-                     (*walker.targets.soles, walker.targets.centre, walker.targets.upright["torso"])])  # fmt: skip
+        targets = walker.targets
+        led = (*targets.soles, targets.centre, targets.upright["torso"])
+        rows.append([one.row(t).copy() for one in led])
         t += DT
     rows = np.array(rows)
     require_smooth(rows, 5e-4, 15.0)

@@ -36,7 +36,8 @@ def walker_of(planner, steps, stance=STANCE):
     plan = planner.begin(stance, steps)
     height = planner.settings.height
     middle = planner.feet.middle(stance)
-    upright = {"torso": LedPose(pin.SE3(middle.rotation, middle.translation + [0.0, 0.0, height]))}
+    up = np.array([0.0, 0.0, height])
+    upright = {"torso": LedPose(pin.SE3(middle.rotation, middle.translation + up))}
     targets = WalkTargets(tuple(LedPose(T) for T in stance), LedPose(middle), upright)
     return Walker(planner, plan, TouchSettings(0.03 * WEIGHT), targets)
 

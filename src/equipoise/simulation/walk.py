@@ -1,8 +1,6 @@
-"""A walk in a run: what the feet feel goes to the walker, and who carries to controller and plant."""
+"""A walk in a run: the walker is told what feet feel, controller and plant which of them carry."""
 
 from __future__ import annotations
-
-import numpy as np
 
 from equipoise.physics import PhysicsEngine
 from equipoise.runlog import Channel, TickRecord
@@ -26,7 +24,6 @@ class WalkDriver:
         self.controller, self.engine = controller, engine
         self._rows = [setup.contacts.rows[name].start + NORMAL for name in walk.contacts]
         self._frames = [sole.frame for sole in walk.planner.feet.soles]
-        self._loads = np.zeros(2)
         self._carry: tuple[int, ...] = self.walker.supports
         self._seen = 0.0
 
@@ -37,7 +34,9 @@ class WalkDriver:
             walker.stop()
         self._seen = t
         self._loads[:] = reading.lam[self._rows]
-        carry = walker.advance(t, self.controller.dt, self._loads, lambda: self._soles(reading))
+        carry = walker.advance(
+            t, self.controller.dt, self._loads.tolist(), lambda: self._soles(reading)
+        )
         if carry == self._carry:
             return
         self._carry = carry

@@ -1,4 +1,4 @@
-"""The wanted centre of mass over time, with its zero-moment point: what every mode of walking has."""
+"""The wanted centre of mass over time, with its zero-moment point, whatever the mode is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The clock of a walk: it goes with the time, and can be slowed without a jerk while a foot is late."""
+"""The clock of a walk: it goes with the time, and slows without a jerk while a foot is late."""
 
 from __future__ import annotations
 

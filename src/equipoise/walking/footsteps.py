@@ -104,8 +104,9 @@ def steps_to(
         return _beside(feet, stance, there, limits)
     bearing = math.atan2(y - here.translation[1], x - here.translation[0])
     steps: list[Footstep] = []
-    turned = level_pose(*here.translation, bearing)
-    arrived = level_pose(*there.translation, bearing)
+    z = float(here.translation[2])
+    turned = level_pose(here.translation[0], here.translation[1], z, bearing)
+    arrived = level_pose(x, y, z, bearing)
     for place in (turned, arrived, there):
         if place is arrived:
             count = math.ceil(distance / limits.forward - 1e-9) + 1

@@ -1,4 +1,4 @@
-"""The centre of mass of a linear inverted pendulum whose zero-moment point is given, in closed form.
+"""The centre of mass of an inverted pendulum over a given zero-moment point, in closed form.
 
 With `c'' = omega^2 (c - p)` the divergent component `xi = c + c' / omega` obeys
 `xi' = omega (xi - p)` and grows away from p: only one of its solutions stays bounded, and it is

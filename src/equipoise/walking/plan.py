@@ -1,4 +1,4 @@
-"""A walk planned: when which foot is lifted and put down, and where the centre of mass is meanwhile."""
+"""A walk planned: which foot is lifted and put down when, and where the centre of mass is."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from equipoise.spatial.numbers import not_negative, positive
@@ -31,8 +31,8 @@ class WalkSettings:
 
     height: float
     mode: WalkMode = WalkMode.PENDULUM
-    timing: WalkTiming = WalkTiming()
-    swing: SwingShape = SwingShape()
+    timing: WalkTiming = field(default_factory=WalkTiming)
+    swing: SwingShape = field(default_factory=SwingShape)
     inward: float = 0.0
 
     def __post_init__(self) -> None:

@@ -43,13 +43,14 @@ class ContactEvent:
 class UnilateralContactEngine:
     """Rigid bodies on a flat floor at `floor` [m] whose soles and points only push.
 
-    A sole or a point is released in the step in which its normal force would be negative, and lands
+    A sole or a point is released in the step in which its normal force would be negative. It lands
     in the step at whose start it is at the floor and goes down: of a sole a corner is at the floor,
     and its middle goes down. A landing is an inelastic impact: all rows of what holds come to rest
     at once. A support that would have to pull in it, more than what it carries in a step, lifts
-    instead; and what would have to be pulled down to rest does not land. From then on it stays where it landed: it never slips, and a sole neither rolls nor
-    tips, whatever moment it would need; that is judged elsewhere. What force sensors read, `lam`,
-    leaves the impulses out: they are in `events`. Contacts that do not support hold both ways.
+    instead; and what would have to be pulled down to rest does not land. From then on it stays
+    where it landed: it never slips, and a sole neither rolls nor tips, whatever moment it would
+    need; that is judged elsewhere. What force sensors read, `lam`, leaves the impulses out: they
+    are in `events`. Contacts that do not support hold both ways.
 
     Between two events this is `RigidContactEngine`, with the contacts that hold then.
     Raises: `InputError` for pushed objects, which belong to that engine.
@@ -234,8 +235,9 @@ class UnilateralContactEngine:
         less of.
         """
         kept, coming = list(names), list(landing)
-        carried = {name: self._lam[rows][NORMAL] * self.h for name, rows in self.contacts.rows.items()
-                   if name in self._feet}  # fmt: skip
+        carried = {
+            name: self._lam[self.contacts.rows[name]][NORMAL] * self.h for name in self._feet
+        }
         while True:
             found = inelastic_impact(self.robot, kin, v, [self._held[name] for name in kept])
             pulls = []
@@ -294,8 +296,8 @@ def _goes_into_floor(contact: Contact, kin: Kinematics, floor: float) -> bool:
 
 def _landed(contact: Contact, kin: Kinematics) -> Contact:
     """Return the contact of a foot that stands where it is now."""
-    T = kin.placement(contact.frames[0])
     if isinstance(contact, SoleContact):
-        return replace(contact, T_world_anchor=T.copy())
+        return replace(contact, T_world_anchor=kin.placement(contact.frame))
     assert isinstance(contact, PointContact)
+    T = kin.placement(contact.frame)
     return replace(contact, p_world=T.act(np.array(contact.offset)))

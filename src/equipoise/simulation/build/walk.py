@@ -11,7 +11,7 @@ from equipoise.contacts import ContactSchedule, SoleContact
 from equipoise.errors import InputError, ScenarioError
 from equipoise.robots import Robot
 from equipoise.scenarios import schema
-from equipoise.scenarios.lookup import at_path
+from equipoise.scenarios.lookup import at_path, to_vector
 from equipoise.simulation.build.setup import Setup
 from equipoise.tasks import ComTask, ContactTask, FrameAxesTask, FramePoseTask, Task
 from equipoise.trajectories import Waypoint, WaypointTrajectory
@@ -128,7 +128,8 @@ def build_walk(scenario: schema.Scenario, setup: Setup) -> WalkSetup | None:
     except InputError as error:
         raise at_path(error, "walk") from None
     middle = planner.feet.middle(stance)
-    centre = pin.SE3(np.eye(3), middle.translation + [0.0, 0.0, settings.height])
+    up = np.array([0.0, 0.0, settings.height])
+    centre = pin.SE3(np.eye(3), middle.translation + up)
     targets = WalkTargets(
         (LedPose(stance[LEFT]), LedPose(stance[RIGHT])),
         LedPose(centre),
@@ -158,7 +159,10 @@ def footsteps(spec: schema.WalkSpec, feet: Feet, stance: Stance) -> list[Footste
     if spec.to is not None:
         limits = StrideLimits(spec.to.forward, spec.to.side, spec.to.turn)
         return steps_to(feet, stance, spec.to.goal, limits)
-    return [Footstep(FEET[one.foot], level_pose(*one.xyz, one.yaw)) for one in spec.steps or ()]
+    return [
+        Footstep(FEET[one.foot], level_pose(*to_vector(one.xyz), one.yaw))
+        for one in spec.steps or ()
+    ]
 
 
 def other_contacts(scenario: schema.Scenario, setup: Setup) -> list[Task]:

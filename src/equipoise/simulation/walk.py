@@ -33,10 +33,8 @@ class WalkDriver:
         if walk.spec.stop is not None and self._seen < walk.spec.stop <= t:
             walker.stop()
         self._seen = t
-        self._loads[:] = reading.lam[self._rows]
-        carry = walker.advance(
-            t, self.controller.dt, self._loads.tolist(), lambda: self._soles(reading)
-        )
+        loads = reading.lam[self._rows].tolist()
+        carry = walker.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
         if carry == self._carry:
             return
         self._carry = carry

@@ -38,7 +38,7 @@ def inelastic_impact(
     M = np.triu(M) + np.triu(M, 1).T
     half = np.linalg.solve(M, J.T)
     gap = J @ v - stack.rate(kin)
-    p: Array = np.linalg.lstsq(J @ half, -gap, rcond=1e-12)[0]
+    p = np.asarray(np.linalg.lstsq(J @ half, -gap, rcond=1e-12)[0], dtype=np.float64)
     after = v + half @ p
     lost = 0.5 * float(v @ M @ v - after @ M @ after)
     return Impact(after, {name: p[rows] for name, rows in stack.rows.items()}, lost)

@@ -26,12 +26,15 @@ from equipoise.analysis.figures.style import (
     styled,
 )
 from equipoise.analysis.run_context import RunContext
+from equipoise.contacts.support_polygon import sole_corners
 from equipoise.spatial import Array
+from equipoise.walking import Feet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+SETTLED = 100  # ticks behind a touchdown at which a sole stands
 _CHANNELS = ("walk/centre", "walk/zmp", "walk/dcm", "walk/carries", "com")
 
 
@@ -56,8 +59,7 @@ def walk_figure(context: RunContext) -> Figure | None:
     for axes in column[:-1]:
         axes.set_xlabel("")
         axes.tick_params(labelbottom=False)
-    column[0].legend(loc="upper left", ncols=4)
-    column[2].legend(loc="upper left", ncols=2)
+    column[2].legend(loc="center left")
     return figure
 
 
@@ -74,19 +76,37 @@ def _curves(context: RunContext) -> tuple[tuple[str, Array, str], ...]:
 
 def _draw_from_above(axes: Axes, context: RunContext) -> None:
     for name, values, colour in _curves(context):
-        style = "--" if name == "centre of mass" else "-"
-        axes.plot(values[:, 0], values[:, 1], style, color=colour, linewidth=1.2, label=name)
+        dashed = name == "centre of mass"
+        axes.plot(
+            values[:, 0], values[:, 1], "--" if dashed else "-", color=colour, linewidth=1.2,
+            label=name,
+        )  # fmt: skip
+    if context.known:
+        _draw_footprints(axes, context)
+    axes.legend(loc="upper left")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
 
 
+def _draw_footprints(axes: Axes, context: RunContext) -> None:
+    """Draw where the soles stand: at the start, and where each is behind its touchdown."""
+    run, robot = context.run, context.setup.robot
+    for row, sole in enumerate(Feet.of(robot).soles):
+        landed = np.flatnonzero(np.diff(run["walk/carries"][:, row]) > 0.0) + SETTLED
+        for k in (0, *landed.tolist()):
+            T = robot.at(run["q"][min(k, len(run.t) - 1)]).placement(sole.frame)
+            corners = sole_corners(sole, T)[[0, 1, 2, 3, 0]]
+            axes.plot(corners[:, 0], corners[:, 1], color=COLOURS[row], linewidth=0.8)
+
+
 def _draw_over_time(axes: Axes, context: RunContext, column: int, name: str) -> None:
     for label, values, colour in _curves(context):
-        style = "--" if label == "centre of mass" else "-"
-        draw_curve(
-            axes, context.run.t, values[:, column], color=colour, linestyle=style, label=label
-        )
+        y = values[:, column]
+        if label == "centre of mass":
+            draw_curve(axes, context.run.t, y, color=colour, linestyle="--", label=label)
+        else:
+            draw_curve(axes, context.run.t, y, color=colour, linestyle="-", label=label)
     axes.set_ylabel(name)
 
 

@@ -93,7 +93,7 @@ def require_feasible(
         remedy = "Give a longer shift, or feet that are nearer to each other"
     else:
         remedy = "Give longer times (shift, settle, double), or shorter steps"
-    where = "before the first step" if step is None else f"at {_name(step)}"
+    where = "before the first step" if step is None else f"at {step_name(step)}"
     side = f"{1e3 * room:.1f} mm inside" if room >= 0.0 else f"{-1e3 * room:.1f} mm outside"
     raise InputError(
         f"the walk cannot be balanced {where}: the zero-moment point would be {side} the soles "
@@ -114,15 +114,15 @@ def _require_swings(plan: WalkPlan, feet: Feet, settings: WalkSettings, limits: 
         ):
             if value > most:
                 raise InputError(
-                    f"{_name(one)} is too {what}: its foot would come to {value:.2f} {unit}, and "
-                    f"{most:g} are allowed",
+                    f"{step_name(one)} is too {what}: its foot would come to {value:.2f} {unit}, "
+                    f"and {most:g} are allowed",
                     remedy="Give a longer single phase, or shorter steps",
                 )
         nearest = _nearest(feet, stance, one, swing)
         if nearest < limits.apart:
             raise InputError(
-                f"{_name(one)} meets the other foot: they would come to {1e3 * nearest:.0f} mm of "
-                f"each other, and {1e3 * limits.apart:.0f} mm are wanted",
+                f"{step_name(one)} meets the other foot: they would come to "
+                f"{1e3 * nearest:.0f} mm of each other, and {1e3 * limits.apart:.0f} mm are wanted",
                 remedy="Give steps that are wider apart or turn less",
             )
         stance = with_foot(stance, one.foot, one.footstep.T_world_sole)
@@ -152,5 +152,6 @@ def _gap(one: Array, other: Array) -> float:
     return float(max(one.min() - other.max(), other.min() - one.max()))
 
 
-def _name(step: PlannedStep) -> str:
+def step_name(step: PlannedStep) -> str:
+    """Return what a step is called."""
     return f"step {step.number} ({NAMES[step.foot]} foot)"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 from equipoise.control import GainAdvice, ReactionBounds, advise_for_postures, advise_gains
 from equipoise.control.kinds import controller_maker
 from equipoise.control.rivals.kinds import RivalKind
-from equipoise.errors import NameNotFoundError
+from equipoise.errors import AdviceWarning, NameNotFoundError
 from equipoise.hqp import make_solver
 from equipoise.motion import Governor, solve_posture
 from equipoise.physics import PhysicsEngine
@@ -25,6 +26,7 @@ from equipoise.simulation.build.levels import (
     build_start_levels,
     tell_slowed,
 )
+from equipoise.simulation.build.rehearse import rehearse
 from equipoise.simulation.build.rivals import known_robot, tuned_rival
 from equipoise.simulation.build.setup import Setup, build_setup
 from equipoise.simulation.build.walk import WalkSetup, build_walk
@@ -80,6 +82,8 @@ def assemble(scenario: schema.Scenario, prepared: Prepared | None = None) -> Ass
     walk = build_walk(scenario, setup)
     levels = build_levels(scenario, setup, walk)
     q_start = prepared.q_start if prepared is not None else starting_posture(scenario, setup, walk)
+    if prepared is None:
+        told = (*told, *_tell(rehearse(scenario, setup, q_start)))
     check_contacts(setup, q_start, setup.reference_schedule.at(0.0))
     advice = advise(scenario, setup, q_start)
     controller = WholeBodyController(
@@ -97,6 +101,13 @@ def assemble(scenario: schema.Scenario, prepared: Prepared | None = None) -> Ass
     if scenario.control.start == "standing":
         controller.take_over(engine.stand())
     return Assembly(scenario, setup, levels, q_start, advice, controller, plant, told, walk)
+
+
+def _tell(sentences: tuple[str, ...]) -> tuple[str, ...]:
+    """Warn of what had better be otherwise, and return it."""
+    for sentence in sentences:
+        warnings.warn(sentence, AdviceWarning, stacklevel=3)
+    return sentences
 
 
 def _controller(

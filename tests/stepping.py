@@ -77,6 +77,11 @@ class Stepper:
         middle = np.array([sole.x_min + sole.x_max, sole.y_min + sole.y_max, 0.0]) / 2.0
         return self.T_feet[i].act(middle)
 
+    @property
+    def middle(self):
+        """The point between both soles (3,) [m]."""
+        return 0.5 * (self.centre(0) + self.centre(1))
+
     def load(self, i):
         """Return the normal force [N] on a sole."""
         return float(self.engine.state.lam[self.stack.rows[self.names[i]]][2])

@@ -108,7 +108,7 @@ MUTATIONS = (
        "switch"),
     _m("S: reaction", SWITCH, "G[pivots[k]] = total / L[k, k]", "G[pivots[k]] = -total / L[k, k]",
        "switch"),
-    _m("S: internal forces", LAW, "left * found[i]\n", "0.0 * found[i]\n", "switch"),
+    _m("S: internal forces", LAW, "left * (found[i] - wish[i])", "0.0 * left", "switch"),
     _m("(22b) growth", MANIFOLDS, "math.exp(-beta_p", "math.exp(beta_p", "promises"),
     _m("(22c) dropped", MANIFOLDS, " - memory[S_P0, i] * forgotten", "", "promises"),
     _m("(22d) sign", MANIFOLDS, "memory[S_QP, i] + k_ip", "memory[S_QP, i] - k_ip", "law"),

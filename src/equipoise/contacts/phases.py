@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
@@ -112,6 +113,22 @@ class ContactPhases:
                 self.phases[name] = phase
                 self.changes.append(PhaseChange(t, name, phase, load))
         return dict(self.phases)
+
+    def state(self) -> dict[str, Any]:
+        """Return a copy of the memory."""
+        return {
+            "carries": dict(self._carries),
+            "carried": dict(self._carried),
+            "since": dict(self._since),
+            "phases": dict(self.phases),
+            "changes": list(self.changes),
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue from what `state` returned."""
+        self._carries, self._carried = dict(state["carries"]), dict(state["carried"])
+        self._since, self.phases = dict(state["since"]), dict(state["phases"])
+        self.changes = list(state["changes"])
 
     def _look(self, t: float, name: str, load: float) -> None:
         """Let a contact begin or cease to carry once its load has said so for long enough."""

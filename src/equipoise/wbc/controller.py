@@ -26,7 +26,7 @@ from equipoise.control import (
     Reference,
     Supervisor,
 )
-from equipoise.control.passivity.law import STATUS, Keep, require_support
+from equipoise.control.passivity.law import KEEPS, STATUS, Keep, require_support
 from equipoise.control.passivity.program import LawProgram
 from equipoise.control.supervisor import Mode
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
@@ -594,6 +594,8 @@ class WholeBodyController:
         Wrenches are those of the contacts that hold.
         Raises: `NameNotFoundError`, `InputError` if nothing is left that supports.
         """
+        if keep not in KEEPS:
+            raise InputError("unknown what is to be kept", given=keep, known=list(KEEPS))
         held, known = self.supports, set(self.supports.free)
         held.require(supports, supporting=True)
         held.require(others or (), supporting=False)

@@ -180,8 +180,9 @@ def bounded_alone(
     wish = scratch(F.shape[0])
     wish[:] = 0.0
     bounded_reaction(
-        bounds, rows, search, J, supporting, u, costs, without, wish, 0.0, tau_max, base, 0.0, F
-    )
+        bounds, rows, search, J, supporting, u, costs, without, wish, wish, 0.0, tau_max, base,
+        0.0, F,
+    )  # fmt: skip
 
 
 class BoundedDistribution:

@@ -42,16 +42,15 @@ def bounds_shapes(rows: int, unknowns: int, joints: int) -> list[tuple[str, Shap
 @compiled
 def bounded_reaction(
     bounds: Block, rows: Block, search: Block, J: np.ndarray, supporting: np.ndarray, u: np.ndarray,
-    costs: np.ndarray, without: np.ndarray, wish: np.ndarray, left: float, tau_max: np.ndarray,
-    base: int, t: float,
-    F: np.ndarray,
+    costs: np.ndarray, without: np.ndarray, wish: np.ndarray, found: np.ndarray, left: float,
+    tau_max: np.ndarray, base: int, t: float, F: np.ndarray,
 ) -> None:  # fmt: skip
     """Write the reaction F [k] within bounds that carries the first `base` entries of u.
 
-    `wish` [k] is the reaction that costs nothing, the share `left` of one that was measured; what
-    that one violates is forgiven by the same share. Where no bound is met F is that of
-    `least_reaction` at the same `costs` [k] for `without - wish`. The torque of a joint is what is
-    left of its entry of u, at most the share of its entry of `tau_max`.
+    `wish` [k] is the reaction that costs nothing. What `found` [k] violates, which was measured, is
+    forgiven by the share `left`. Where no bound is met F is that of `least_reaction` at the same
+    `costs` [k] for `without - wish`. The torque of a joint is what is left of its entry of u, at
+    most the share of its entry of `tau_max`.
     """
     A, lower, upper = matrix(rows, A_ROWS), vector(rows, LOWER), vector(rows, UPPER)
     limits = vector(bounds, LIMITS)
@@ -64,14 +63,14 @@ def bounded_reaction(
             lower[i] += J[supporting[k], i] * (without[k] - wish[k])
         upper[i] = lower[i]
     for i in range(base, base + sides.shape[0]):
-        wished, limit = 0.0, limits[i - base]
+        violated = lower[i] = limits[i - base]
         for k in range(first[i], last[i]):
             A[i, k] = sides[i - base, k] / costs[k]
-            wished += sides[i - base, k] * wish[k]
-        lower[i] = limit - wished
-        if limit > -np.inf:
-            lower[i] -= max(left * limit - wished, 0.0)
-    motor_rows(bounds, rows, J, supporting, u, costs, without, wish, left, tau_max, base)
+            lower[i] -= sides[i - base, k] * wish[k]
+            violated -= sides[i - base, k] * found[k]
+        if violated > 0.0:
+            lower[i] -= left * violated
+    motor_rows(bounds, rows, J, supporting, u, costs, without, wish, found, left, tau_max, base)
     numbers[STATUS] = solve_there(rows, search, WORK_LIMIT)
     y = vector(search, V)
     for k in range(count):
@@ -83,12 +82,12 @@ def bounded_reaction(
 @compiled
 def motor_rows(
     bounds: Block, rows: Block, J: np.ndarray, supporting: np.ndarray, u: np.ndarray,
-    costs: np.ndarray, without: np.ndarray, wish: np.ndarray, left: float, tau_max: np.ndarray,
-    base: int,
+    costs: np.ndarray, without: np.ndarray, wish: np.ndarray, found: np.ndarray, left: float,
+    tau_max: np.ndarray, base: int,
 ) -> None:  # fmt: skip
     """Write the rows of the joints that carry, as bounds on y: `|u - J^T F| <= share tau_max`.
 
-    What the wished reaction would take beyond that is forgiven by the share `left`.
+    What the reaction that was found would take beyond that is forgiven by the share `left`.
     """
     A, lower, upper = matrix(rows, A_ROWS), vector(rows, LOWER), vector(rows, UPPER)
     first, last, carriers = integers(rows, FIRST), integers(rows, LAST), integers(bounds, CARRIERS)
@@ -97,13 +96,14 @@ def motor_rows(
         joint, row = carriers[n], start + n
         if joint < 0:
             break
-        free = u[base + joint]
+        free = taken = u[base + joint]
         for k in range(without.shape[0]):
             free += J[supporting[k], base + joint] * (without[k] - wish[k])
+            taken += J[supporting[k], base + joint] * (without[k] - found[k])
         for k in range(first[row], last[row]):
             A[row, k] = J[supporting[k], base + joint] / costs[k]
         limit = share * tau_max[joint]
-        limit += left * max(abs(free) - limit, 0.0)
+        limit += left * max(abs(taken) - limit, 0.0)
         lower[row], upper[row] = free - limit, free + limit
 
 

@@ -23,11 +23,12 @@ NARROW = 1e-6  # [m^2] spread of the centres across a direction in which they sp
 def loads_from_zmp(
     J: np.ndarray, rows: np.ndarray, ends: np.ndarray, normal_rows: np.ndarray,
     centres: np.ndarray, wrench: np.ndarray, loads: np.ndarray,
-) -> None:  # fmt: skip
-    """Write the load [n] of each support, as a multiple of the mean, for a wrench [6] on the base.
+) -> float:  # fmt: skip
+    """Write the load [n] of each support, as a multiple of the mean; return the mean [N].
 
-    Support i has the rows of J that `rows` names up to `ends[i]`, the first three of them its axes;
-    `centres` [n, 2] is where its middle is, along the first two. One without a normal row keeps 1.
+    For a wrench [6] on the base. Support i has the rows of J that `rows` names up to `ends[i]`, the
+    first three of them its axes; `centres` [n, 2] is where its middle is, along the first two. One
+    without a normal row keeps 1. The mean is zero where nothing presses.
     """
     n, count = ends.shape[0], 0
     places, up = scratch_matrix(n, 3), scratch(3)
@@ -44,17 +45,35 @@ def loads_from_zmp(
             count += 1
         start = ends[i]
     size = math.sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2])
-    if count < 2 or not size > 0.0:
-        return
+    if not size > 0.0:
+        return 0.0
     for c in range(3):
         up[c] /= size
         middle[c] /= count
     pressed = up[0] * wrench[0] + up[1] * wrench[1] + up[2] * wrench[2]
     if not pressed > 0.0:
-        return
+        return 0.0
     ax, ay, az = crossed(middle[0], middle[1], middle[2], wrench[0], wrench[1], wrench[2])
     zx, zy, zz = crossed(up[0], up[1], up[2], wrench[3] - ax, wrench[4] - ay, wrench[5] - az)
     spread_loads(places, middle, up, (zx / pressed, zy / pressed, zz / pressed), normal_rows, loads)
+    return pressed / count
+
+
+@compiled
+def pressed_middles(
+    ends: np.ndarray, normal_rows: np.ndarray, centres: np.ndarray, loads: np.ndarray, mean: float,
+    out: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the reaction [k] in which each support is pressed in its middle by its load."""
+    out[:] = 0.0
+    start = 0
+    for i in range(ends.shape[0]):
+        if normal_rows[i] >= 0:
+            out[start + 2] = loads[i] * mean
+            if ends[i] - start == 6:
+                out[start + 3] = centres[i, 1] * out[start + 2]
+                out[start + 4] = -centres[i, 0] * out[start + 2]
+        start = ends[i]
 
 
 @compiled
@@ -98,7 +117,7 @@ def spread_loads(
             widest = length
             for c in range(3):
                 first[c] = places[i, c]
-    if not widest > NARROW:
+    if not widest > NARROW:  # one foot, or all in one place
         return
     for c in range(3):
         first[c] /= math.sqrt(widest)

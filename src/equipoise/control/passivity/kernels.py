@@ -16,7 +16,7 @@ from equipoise.contacts.program import contact_rows, move_surfaces
 from equipoise.contacts.stack import RANK_TOLERANCE
 from equipoise.control.base_wrench.bounded_kernels import bounded_reaction
 from equipoise.control.base_wrench.least import least_reaction, measured_loads, reaction_costs
-from equipoise.control.base_wrench.shares import loads_from_zmp
+from equipoise.control.base_wrench.shares import loads_from_zmp, pressed_middles
 from equipoise.control.passivity.manifold_kernels import (
     INTEGRAL,
     RATE_OF_S_DF,
@@ -391,14 +391,16 @@ def share_base_wrench(
     left = math.exp(-(t - vector(law, CLOCK)[T_SUPPORTS]) / vector(law, GAINS)[RELAX])
     found = leading(law, FOUND, count)
     for i in range(count):
-        without[i], wish[i] = lam[supporting[i]] - F[i], left * found[i]
+        without[i] = lam[supporting[i]] - F[i]
     if base == 0:
         F[:] = 0.0
         return
-    support_costs(law, J, without, base)
+    support_costs(law, J, without, base, wish)
+    for i in range(count):
+        wish[i] += left * (found[i] - wish[i])
     if flags[BOUNDED]:
         bounded_reaction(
-            bounds, rows, search, J, supporting, u, costs, without, wish, left,
+            bounds, rows, search, J, supporting, u, costs, without, wish, found, left,
             vector(law, TAU_MAX), base, t, F,
         )  # fmt: skip
         return
@@ -408,8 +410,13 @@ def share_base_wrench(
 
 
 @compiled
-def support_costs(law: Block, J: np.ndarray, without: np.ndarray, base: int) -> None:
-    """Write what the supporting rows cost, at the loads measured or at those that the ZMP asks."""
+def support_costs(
+    law: Block, J: np.ndarray, without: np.ndarray, base: int, wish: np.ndarray
+) -> None:
+    """Write what the supporting rows cost [k], and the reaction [k] that costs nothing.
+
+    At the loads that are measured, and then nothing is free; or at those that the ZMP asks for.
+    """
     flags, u = integers(law, FLAGS), vector(law, U)
     supports, count = flags[SUPPORT_COUNT], flags[SUPPORTING_COUNT]
     normal_rows, ends = (
@@ -425,8 +432,10 @@ def support_costs(law: Block, J: np.ndarray, without: np.ndarray, base: int) -> 
             for k in range(count):
                 wrench[i] += J[supporting[k], i] * without[k]
         centres = matrix_at(law.floats, law.table[CENTRES, 0], supports, 2)
-        loads_from_zmp(J, supporting, ends, normal_rows, centres, wrench, loads)
+        mean = loads_from_zmp(J, supporting, ends, normal_rows, centres, wrench, loads)
+        pressed_middles(ends, normal_rows, centres, loads, mean, wish)
     else:
+        wish[:] = 0.0
         measured_loads(vector(law, LAM), normal_rows, loads)
     costs, terms = leading(law, COSTS, count), packed(law, TERMS, 2, count)
     reaction_costs(loads, ends, terms, split, costs)

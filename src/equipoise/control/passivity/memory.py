@@ -37,9 +37,9 @@ T_POSTURE, T_FORCE, T_HANDOVER, T_SUPPORTS = range(4)
  SUPPORT_COUNT, RANK, BOUNDED, WAITING, MAPPING, SPLIT) = range(13)  # fmt: skip
 FLAG_COUNT = 13
 BY_MEASURE, BY_ZMP = range(2)  # how the load is split
-# what a copy of the memory consists of
-KEPT = ("posture", "force", "u_before", "handover", "reaction", "lam_0", "found", "carried", "tau",
-        "clock", "flags")  # fmt: skip
+# what a copy of the memory consists of; J and lam are those of a contact that is lost next
+KEPT = ("J", "lam", "posture", "force", "u_before", "handover", "reaction", "lam_0", "found",
+        "carried", "tau", "clock", "flags")  # fmt: skip
 
 
 class LawSizes(NamedTuple):

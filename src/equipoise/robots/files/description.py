@@ -97,7 +97,7 @@ def read_bytes(path: Path) -> bytes:
         if not path.is_file():
             raise RobotFileError(
                 f"There is no file {path}",
-                remedy="Give the path of a URDF or MJCF file; robots known by name come from get_robot",
+                remedy="Give the path of a URDF or MJCF file; for a robot with a name, get_robot",
             )
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)

@@ -1,0 +1,105 @@
+"""What a robot offers to a loop, wherever it is: read, write, close."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from equipoise.spatial import Array
+
+PARTS = ("base", "joints", "forces", "torque")  # of a state, each with an age of its own
+
+
+class RobotMode(IntEnum):
+    """What a robot does, as it says itself."""
+
+    WAITING = 0  # is held where it starts: no command has come yet
+    DRIVEN = 1  # gives the torque that it is told
+    DAMPED = 2  # heard nothing, or was told so: brakes its joints, and stays so
+    ENDED = 3  # gives nothing any more
+
+
+class CommandMode(IntEnum):
+    """What a robot is asked to do."""
+
+    TORQUE = 0  # give the torque
+    DAMP = 1  # brake the joints, for good
+
+
+class RobotState(NamedTuple):
+    """What a robot says of itself.
+
+    `sequence` counts the messages of its sender from 1, `t` [s] is the robot's own time. `q` (nq,),
+    `v` (nv,), `lam` (r,) the multipliers of all contacts, `tau` (na,) [N m] the torque given in the
+    step before; NaN where a sensor says nothing. `stamps` (4,) [s], in the order of `PARTS`: when
+    each was measured last, on the clock of `t`.
+    """
+
+    sequence: int
+    t: float
+    mode: RobotMode
+    stamps: Array
+    q: Array
+    v: Array
+    lam: Array
+    tau: Array
+
+    @property
+    def ages(self) -> dict[str, float]:
+        """Age [s] of every part at time `t`; infinite for what was never measured."""
+        return {name: self.t - float(at) for name, at in zip(PARTS, self.stamps, strict=True)}
+
+
+class RobotCommand(NamedTuple):
+    """What a robot is told.
+
+    `t` [s] is the time of the state that it answers; `tau` (na,) [N m]; `damping` (na,)
+    [N m s/rad] is what the joints brake with once no command comes any more.
+    """
+
+    t: float
+    mode: CommandMode
+    tau: Array
+    damping: Array
+
+
+class RobotInterface(Protocol):
+    """A robot as a control loop sees it: simulated, in another process, or of steel."""
+
+    def read(self, timeout: float) -> RobotState | None:
+        """Return the newest state not read before, waiting for it `timeout` [s] at most.
+
+        None if there is none. Never raises on what arrives: what is no good is counted.
+        """
+
+    def write(self, command: RobotCommand) -> None:
+        """Give a command. It acts from when the robot takes it; nothing is confirmed.
+
+        Raises: `InputError` for a torque or damping that is not finite, not of the right size, or
+        beyond the limits: that is a fault of the caller, and nothing is given.
+        """
+
+    def close(self) -> None:
+        """Let go of the robot; it then damps its joints. A second call does nothing."""
+
+
+class Stamps:
+    """Notes when each part of a robot's state was measured last."""
+
+    def __init__(self, nq_base: int, nv_base: int) -> None:
+        self._nq, self._nv = nq_base, nv_base
+        self.at: Array = np.full(len(PARTS), -np.inf)
+
+    def note(self, t: float, q: Array, v: Array, lam: Array) -> Array:
+        """Return the stamps (4,) [s] with a reading that was taken at `t`; torque is told at `t`.
+
+        A part in which anything is missing keeps its stamp.
+        """
+        parts = ((q[: self._nq], v[: self._nv]), (q[self._nq :], v[self._nv :]), (lam,))
+        for k, arrays in enumerate(parts):
+            if all(bool(np.isfinite(array).all()) for array in arrays):
+                self.at[k] = t
+        self.at[3] = t
+        return self.at.copy()

@@ -16,7 +16,7 @@ import pinocchio as pin
 from equipoise import LoopSettings, MujocoAdapter, WholeBodyController, get_robot
 from equipoise.contacts import SurfaceContact
 
-GRIP = [0.8, 0.005, 0.0001]
+GRIP, FIRM = [0.8, 0.005, 0.0001], [0.01, 1.0]  # softer soles sink, and the knees bend for it
 PLANE, BALL, BOX = (getattr(mujoco.mjtGeom, f"mjGEOM_{k}") for k in ("PLANE", "SPHERE", "BOX"))
 
 
@@ -30,7 +30,7 @@ def own_model() -> mujoco.MjModel:
     spec.worldbody.add_geom(type=PLANE, size=[3, 3, 0.1], friction=GRIP)
     for side in ("left", "right"):
         foot, size = spec.body(f"{side}_ankle_roll_link"), [0.085, 0.025, 0.01]
-        foot.add_geom(type=BOX, size=size, pos=[0.035, 0, -0.025], friction=GRIP)
+        foot.add_geom(type=BOX, size=size, pos=[0.035, 0, -0.025], friction=GRIP, solref=FIRM)
     spec.body("right_wrist_yaw_link").add_geom(type=BALL, size=[0.03, 0, 0], pos=[0.1, 0, 0])
     wall = robot.at(robot.q_half_sitting).placement("right_palm").translation
     spec.worldbody.add_geom(type=BOX, size=[0.05, 0.2, 0.2], pos=wall + np.array([0.08, 0, 0]))

@@ -393,8 +393,8 @@ def render(run_folder: Path, to: Path | None, fps: int) -> None:
 def verify(groups: tuple[str, ...], as_json: bool) -> None:
     """Measure every equation and claim of the paper against the code.
 
-    GROUP: geometry, motion, dynamics, law, promises; all of them by default. Exit code 0 only if
-    every row holds.
+    GROUP: geometry, motion, dynamics, law, promises, metric; all of them by default.
+    Exit code 0 only if every row holds.
     """
     from equipoise.verify import GROUPS
     from equipoise.verify import verify as measure

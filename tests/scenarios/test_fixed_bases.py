@@ -82,7 +82,7 @@ def test_it_starts_without_a_step_of_torque(tmp_path: Path) -> None:
 def test_a_lost_sensor_is_borne(tmp_path: Path, sensor: str) -> None:
     """An arm that lost a joint holds and comes back; a fixed base has no sensor to lose."""
     faults = f"{{silences: [{{sensor: {sensor}, start: 0.4, end: 0.6}}]}}"
-    finished = run(reach(tmp_path, faults=faults))
+    finished = run(reach(tmp_path, faults=faults, duration=2.0))
     modes = set(finished["mode"][:, 0])
     assert modes == ({0.0} if sensor == "base" else {0.0, 1.0, 2.0})
     assert finished["mode"][-1, 0] == 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
@@ -101,11 +102,16 @@ class ControlGains:
 
 def require_gains(gains: ControlGains, period: float) -> None:
     """Refuse gains that a loop of a period [s] would overshoot. Raises: `InputError`."""
-    for name in ("alpha", "beta_p", "beta_F", "eta"):
-        rate = getattr(gains, name)
+    rates = {name: getattr(gains, name) for name in ("alpha", "beta_p", "beta_F", "eta")}
+    require_slow(rates, period)
+
+
+def require_slow(rates: Mapping[str, float], period: float, whose: str = "") -> None:
+    """Refuse rates [1/s], by the name of their gain, above 1 / period [s]. Raises: `InputError`."""
+    for name, rate in rates.items():
         if rate * period > 1.0 + 1e-9:
             raise InputError(
-                f"gain {name} is too fast for the period: {rate:g} 1/s * {period:g} s = "
+                f"gain {name}{whose} is too fast for the period: {rate:g} 1/s * {period:g} s = "
                 f"{rate * period:.3g} > 1",
                 given=rate,
                 remedy=f"Give at most {1.0 / period:.6g} 1/s, or a shorter period",

@@ -81,7 +81,9 @@ class PassivityController:
     Source: eqs. (21), (24). Differs from the print: `- ds_dF/dt` instead of `+` (only then does
     (26) follow); the rows of J_phi whose force is not regulated have zero force error; the six
     base rows of the torque go to the supporting contacts (`least_reaction`); integrals
-    stop while a torque is clamped. With `damp_violation` s also holds `(I - Q_phi) dv`. With
+    stop while a torque is clamped. With `damp_violation` s also holds `(I - Q_phi) dv`. With the
+    projector `damping` Q_phi and J_phi^+ are those that are orthogonal in K_d (`NearestVelocity`),
+    and `damp_violation` adds what violates the supporting rows alone. With
     `bounds` the base wrench is shared out within what a floor can give. `filter_time` [s] is that
     of the `ReactionObserver` through which the law sees its supporting reaction. It makes a
     workspace of its own, or works `inside` one that was laid out by a program, in the parts from a

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from equipoise.errors import InputError
+from equipoise.control.passivity.gains import require_slow
 from equipoise.spatial.numbers import not_negative, positive
 
 RATES = ("kappa", "alpha", "contact_rate")
@@ -36,12 +36,5 @@ class RivalGains:
 
 def require_slow_enough(gains: RivalGains, period: float) -> None:
     """Refuse gains that a loop of a period [s] would overshoot. Raises: `InputError`."""
-    for name in (*RATES, "k_i", "k_f"):
-        rate = getattr(gains, name)
-        if rate * period > 1.0 + 1e-9:
-            raise InputError(
-                f"gain {name} of a rival is too fast for the period: {rate:g} 1/s * {period:g} s = "
-                f"{rate * period:.3g} > 1",
-                given=rate,
-                remedy=f"Give at most {1.0 / period:.6g} 1/s, or a shorter period",
-            )
+    rates = {name: getattr(gains, name) for name in (*RATES, "k_i", "k_f")}
+    require_slow(rates, period, " of a rival")

@@ -51,15 +51,18 @@ class RivalKind:
 
 # found by benchmarks/sweep_rivals.py; docs/rivals.md has its tables
 RIGID = RivalGains(kappa=300.0, alpha=20.0)
+STIFF = RivalGains(kappa=300.0, alpha=40.0)  # rigid contacts, for those that survive it
 SOFT = RivalGains(kappa=200.0, alpha=20.0, contact_rate=60.0)
 
 RIVALS: dict[str, RivalKind] = {
-    "idqp": RivalKind(InverseDynamicsQP, RIGID, SOFT),
-    "idqp_i": RivalKind(InverseDynamicsQP, replace(RIGID, k_i=20.0), replace(SOFT, k_i=20.0)),
+    "idqp": RivalKind(InverseDynamicsQP, STIFF, SOFT),
+    "idqp_i": RivalKind(
+        InverseDynamicsQP, replace(STIFF, k_i=5.0), replace(SOFT, kappa=150.0, k_i=50.0)
+    ),
     "gravity_contacts": RivalKind(GravityContacts, RIGID, SOFT),
     "pd_plus": RivalKind(PDPlus, RIGID, SOFT),
-    "projected_ct": RivalKind(ProjectedComputedTorque, RIGID, SOFT),
-    "passive_qp": RivalKind(PassiveQP, RIGID, SOFT),
-    "hybrid": RivalKind(HybridPositionForce, RIGID, SOFT),
-    "admittance": RivalKind(Admittance, replace(RIGID, k_f=20.0), replace(SOFT, k_f=20.0)),
+    "projected_ct": RivalKind(ProjectedComputedTorque, STIFF, SOFT),
+    "passive_qp": RivalKind(PassiveQP, STIFF, SOFT),
+    "hybrid": RivalKind(HybridPositionForce, STIFF, SOFT),
+    "admittance": RivalKind(Admittance, RIGID, replace(SOFT, k_f=20.0)),
 }

@@ -110,8 +110,8 @@ class ControlSpec(Section):
     `reaction_filter` [s]: how slowly the measured reaction is followed when it is predicted; zero
     takes it at face value, which no delay survives. `soft_floor_delay` [s]: on a floor that gives
     (engine mujoco) the adviser chooses `kappa`, `alpha` and the layer of `sgn_p` so that the loop
-    has a sixfold reserve over this delay, and damps what violates a contact; zero: the gains are
-    taken as they are written.
+    has a threefold reserve over this delay (sixfold with the printed projector), and damps what
+    violates a contact; zero: the gains are taken as they are written.
 
     `start`: `released`, nothing holds it and the first torque is zero; `standing`, it stands under
     its servos and the law takes over the measured joint torques without a jump.

@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from equipoise.errors import EquipoiseError
 from equipoise.spatial import Array
 
 PARTS = ("base", "joints", "forces", "torque")  # of a state, each with an age of its own
@@ -17,15 +18,16 @@ class RobotMode(IntEnum):
 
     WAITING = 0  # is held where it starts: no command has come yet
     DRIVEN = 1  # gives the torque that it is told
-    DAMPED = 2  # heard nothing, or was told so: brakes its joints, and stays so
-    ENDED = 3  # gives nothing any more
+    HELD = 2  # heard nothing, or was told so: holds its posture by its own servos, for good
+    SUNK = 3  # could not be held: lets its weight down, braking
+    ENDED = 4  # nothing happens any more
 
 
 class CommandMode(IntEnum):
     """What a robot is asked to do."""
 
     TORQUE = 0  # give the torque
-    DAMP = 1  # brake the joints, for good
+    HOLD = 1  # hold the posture of the moment without being told anything more
 
 
 class RobotState(NamedTuple):
@@ -34,7 +36,7 @@ class RobotState(NamedTuple):
     `sequence` counts the messages of its sender from 1, `t` [s] is the robot's own time. `q` (nq,),
     `v` (nv,), `lam` (r,) the multipliers of all contacts, `tau` (na,) [N m] the torque given in the
     step before; NaN where a sensor says nothing. `stamps` (4,) [s], in the order of `PARTS`: when
-    each was measured last, on the clock of `t`.
+    each was heard last and whole, on the clock of `t`; -inf where it never was.
     """
 
     sequence: int
@@ -53,16 +55,15 @@ class RobotState(NamedTuple):
 
 
 class RobotCommand(NamedTuple):
-    """What a robot is told.
-
-    `t` [s] is the time of the state that it answers; `tau` (na,) [N m]; `damping` (na,)
-    [N m s/rad] is what the joints brake with once no command comes any more.
-    """
+    """What a robot is told: `tau` (na,) [N m], in answer to the state of time `t` [s]."""
 
     t: float
     mode: CommandMode
     tau: Array
-    damping: Array
+
+
+class RobotLostError(EquipoiseError):
+    """A robot that is not there, refuses, has let go by itself, or went silent."""
 
 
 class RobotInterface(Protocol):
@@ -72,34 +73,35 @@ class RobotInterface(Protocol):
         """Return the newest state not read before, waiting for it `timeout` [s] at most.
 
         None if there is none. Never raises on what arrives: what is no good is counted.
+        Raises: `RobotLostError` if the robot says that it will not be driven from here.
         """
 
     def write(self, command: RobotCommand) -> None:
         """Give a command. It acts from when the robot takes it; nothing is confirmed.
 
-        Raises: `InputError` for a torque or damping that is not finite, not of the right size, or
-        beyond the limits: that is a fault of the caller, and nothing is given.
+        Raises: `InputError` for a torque that is not finite, not of the right size, or beyond the
+        limits: that is a fault of the caller, and nothing is given.
         """
 
     def close(self) -> None:
-        """Let go of the robot; it then damps its joints. A second call does nothing."""
+        """Let go of the robot: one that was commanded is told to hold. Twice does no harm."""
 
 
 class Stamps:
-    """Notes when each part of a robot's state was measured last."""
+    """Notes when each part of a robot's state was heard last."""
 
     def __init__(self, nq_base: int, nv_base: int) -> None:
         self._nq, self._nv = nq_base, nv_base
-        self.at: Array = np.full(len(PARTS), -np.inf)
+        self._at: Array = np.full(len(PARTS), -np.inf)
 
     def note(self, t: float, q: Array, v: Array, lam: Array) -> Array:
-        """Return the stamps (4,) [s] with a reading that was taken at `t`; torque is told at `t`.
+        """Return the stamps (4,) [s] with a reading that is heard at `t`, torque with it.
 
         A part in which anything is missing keeps its stamp.
         """
         parts = ((q[: self._nq], v[: self._nv]), (q[self._nq :], v[self._nv :]), (lam,))
         for k, arrays in enumerate(parts):
             if all(bool(np.isfinite(array).all()) for array in arrays):
-                self.at[k] = t
-        self.at[3] = t
-        return self.at.copy()
+                self._at[k] = t
+        self._at[3] = t
+        return self._at.copy()

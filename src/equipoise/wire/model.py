@@ -39,16 +39,22 @@ class WireModel:
                 raise InputError(f"{name} must be from 0 to {MOST} on the wire", given=size)
 
     @classmethod
-    def of(cls, robot: Robot, contacts: ContactStack, period: float) -> WireModel:
-        """Return the model of a robot whose `contacts` are sent every `period` [s]."""
+    def of(
+        cls, robot: Robot, contacts: ContactStack, period: float, *, lockstep: bool
+    ) -> WireModel:
+        """Return the model of a robot whose `contacts` are sent every `period` [s].
+
+        In `lockstep` its time waits for commands; else it runs.
+        """
         rows = [
             f"{contact.name}/{label} [{unit}]"
             for contact in contacts.contacts
             for label, unit in zip(contact.labels, contact.units, strict=True)
         ]
+        pace = "lockstep" if lockstep else "realtime"
         limits = (robot.q_min, robot.q_max, robot.v_max, robot.tau_max)
         digest = hash_of(
-            (robot.name, *robot.base_position_names, *robot.velocity_names, *rows),
+            (robot.name, pace, *robot.base_position_names, *robot.velocity_names, *rows),
             (np.array([require_period(period)]), *limits),
         )
         tau_max = np.array(robot.tau_max, dtype=np.float64)

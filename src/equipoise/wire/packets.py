@@ -27,6 +27,14 @@ class Kind(IntEnum):
     HELLO = 0
     STATE = 1
     COMMAND = 2
+    REFUSAL = 3
+
+
+class Refusal(IntEnum):
+    """Why a robot does not listen to somebody; told as the mode of a refusal."""
+
+    OTHER_MODEL = 0
+    TAKEN = 1
 
 
 class Fault(Enum):
@@ -40,8 +48,13 @@ class Fault(Enum):
     SHAPE = "other sizes"
     KIND = "unexpected kind"
     VALUES = "values not finite or out of range"
-    FOREIGN = "of somebody else"
-    OLD = "replayed or out of order"
+    FOREIGN = "of or for somebody else"
+    OLD = "a copy, out of order, or too late"
+    JUMP = "sequence too far ahead"
+
+
+KINDS, ROBOT_MODES = frozenset(Kind), frozenset(RobotMode)
+COMMAND_MODES, REFUSALS = frozenset(CommandMode), frozenset(Refusal)
 
 
 @dataclass(frozen=True)
@@ -54,7 +67,14 @@ class Header:
     receiver: int
     sequence: int
     t: float
-    digest: bytes
+
+
+@dataclass(frozen=True)
+class Parties:
+    """The session numbers of who sends and who is meant, 0 for whoever it is."""
+
+    sender: int
+    receiver: int
 
 
 class Codec:
@@ -67,32 +87,39 @@ class Codec:
         numbers = {
             Kind.HELLO: 0,
             Kind.STATE: len(PARTS) + m.nq + m.nv + m.rows + m.na,
-            Kind.COMMAND: 2 * m.na,
+            Kind.COMMAND: m.na,
+            Kind.REFUSAL: 0,
         }
         self.lengths = {kind: HEADER.size + 8 * n + CRC.size for kind, n in numbers.items()}
         self.longest = max(self.lengths.values())
-        self._cuts = np.cumsum([len(PARTS), m.nq, m.nv, m.rows]).tolist()
+        self._ends = np.cumsum([len(PARTS), m.nq, m.nv, m.rows]).tolist()
 
-    def hello(self, sender: int, receiver: int, sequence: int) -> bytes:
+    def hello(self, whose: Parties, sequence: int) -> bytes:
         """Return a packet that only says who is there."""
-        return self._packed(Kind.HELLO, 0, (sender, receiver, sequence, 0.0), b"")
+        return self._packed(Kind.HELLO, 0, whose, (sequence, 0.0), b"")
 
-    def state(self, sender: int, receiver: int, state: RobotState) -> bytes:
+    def refusal(self, whose: Parties, why: Refusal) -> bytes:
+        """Return a packet that says why nobody listens; no longer than any that it answers."""
+        return self._packed(Kind.REFUSAL, why, whose, (0, 0.0), b"")
+
+    def state(self, whose: Parties, state: RobotState) -> bytes:
         """Return the packet of a state."""
-        parts = (state.stamps, state.q, state.v, state.lam, state.tau)
-        whose = (sender, receiver, state.sequence, state.t)
-        return self._packed(Kind.STATE, state.mode, whose, _bytes(*parts))
+        numbers = np.concatenate((state.stamps, state.q, state.v, state.lam, state.tau))
+        place = state.sequence, state.t
+        return self._packed(Kind.STATE, state.mode, whose, place, _bytes(numbers))
 
-    def command(self, sender: int, receiver: int, sequence: int, command: RobotCommand) -> bytes:
+    def command(self, whose: Parties, sequence: int, command: RobotCommand) -> bytes:
         """Return the packet of a command. Raises: `InputError`, see `RobotInterface.write`."""
-        tau, damping = checked_command(self.model, command)
-        whose = (sender, receiver, sequence, command.t)
-        return self._packed(Kind.COMMAND, command.mode, whose, _bytes(tau, damping))
+        tau = checked_torque(self.model, command.tau)
+        return self._packed(Kind.COMMAND, command.mode, whose, (sequence, command.t), _bytes(tau))
 
     def _packed(
-        self, kind: Kind, mode: int, whose: tuple[int, int, int, float], payload: bytes
+        self, kind: Kind, mode: int, whose: Parties, place: tuple[int, float], payload: bytes
     ) -> bytes:
-        head = HEADER.pack(MAGIC, VERSION, kind, mode, *whose, self.model.digest, *self._sizes)
+        ends = whose.sender, whose.receiver
+        head = HEADER.pack(
+            MAGIC, VERSION, kind, mode, *ends, *place, self.model.digest, *self._sizes
+        )
         body = head + payload
         return body + CRC.pack(zlib.crc32(body))
 
@@ -109,58 +136,49 @@ class Codec:
             return Fault.VERSION
         if CRC.unpack_from(packet, len(packet) - CRC.size)[0] != zlib.crc32(packet[: -CRC.size]):
             return Fault.CRC
+        if kind not in KINDS:
+            return Fault.KIND
+        if not 0.0 <= t <= LARGEST:  # false for NaN
+            return Fault.VALUES
+        header = Header(Kind(kind), mode, sender, receiver, sequence, t)
+        if header.kind is Kind.REFUSAL:  # may come from a robot of another model
+            return header if len(packet) == self.lengths[Kind.REFUSAL] else Fault.SIZE
         if digest != self.model.digest:
             return Fault.MODEL
         if tuple(sizes) != self._sizes:
             return Fault.SHAPE
-        if kind not in set(Kind):
-            return Fault.KIND
-        if len(packet) != self.lengths[Kind(kind)]:
-            return Fault.SIZE
-        if not 0.0 <= t <= LARGEST:  # false for NaN
-            return Fault.VALUES
-        return Header(Kind(kind), mode, sender, receiver, sequence, t, digest)
+        return header if len(packet) == self.lengths[header.kind] else Fault.SIZE
 
     def state_in(self, packet: bytes, header: Header) -> RobotState | Fault:
         """Return the state in a packet whose header was found good."""
-        if header.mode not in set(RobotMode):
+        if header.mode not in ROBOT_MODES:
             return Fault.VALUES
         numbers = _numbers(packet)
-        stamps, q, v, lam, tau = np.split(numbers, self._cuts)
-        measured = numbers[len(PARTS) :]
+        a, b, c, d = self._ends
+        stamps, measured = numbers[:a], numbers[a:]
         if not (np.isnan(measured) | (np.abs(measured) <= LARGEST)).all():
             return Fault.VALUES
         if not (stamps <= header.t).all():  # false for NaN; -inf was never measured
             return Fault.VALUES
-        return RobotState(
-            header.sequence, header.t, RobotMode(header.mode), stamps, q, v, lam, tau
-        )
+        parts = stamps, numbers[a:b], numbers[b:c], numbers[c:d], numbers[d:]
+        return RobotState(header.sequence, header.t, RobotMode(header.mode), *parts)
 
     def command_in(self, packet: bytes, header: Header) -> RobotCommand | Fault:
         """Return the command in a packet whose header was found good."""
-        if header.mode not in set(CommandMode):
+        if header.mode not in COMMAND_MODES:
             return Fault.VALUES
-        tau, damping = np.split(_numbers(packet), 2)
-        command = RobotCommand(header.t, CommandMode(header.mode), tau, damping)
-        return command if _within(self.model, tau, damping) else Fault.VALUES
+        tau = _numbers(packet)
+        if not (np.abs(tau) <= self.model.tau_max).all():  # false for NaN
+            return Fault.VALUES
+        return RobotCommand(header.t, CommandMode(header.mode), tau)
 
 
-def checked_command(model: WireModel, command: RobotCommand) -> tuple[Array, Array]:
-    """Return torque and damping (na,) of a command that may be given. Raises: `InputError`."""
-    tau = real_vector("tau", command.tau, model.na)
-    damping = real_vector("damping", command.damping, model.na)
-    if not _within(model, tau, damping):
-        raise InputError(
-            "a command must keep the torque limits, with a damping that is not negative",
-            given=(tau, damping),
-        )
-    return tau, damping
-
-
-def _within(model: WireModel, tau: Array, damping: Array) -> bool:
-    return bool(
-        (np.abs(tau) <= model.tau_max).all() and (damping >= 0).all() and (damping <= LARGEST).all()
-    )  # false for NaN
+def checked_torque(model: WireModel, given: Array) -> Array:
+    """Return a torque (na,) [N m] that may be given. Raises: `InputError`."""
+    tau = real_vector("tau", given, model.na)
+    if not (np.abs(tau) <= model.tau_max).all():
+        raise InputError("a commanded torque is beyond the limits of its joint", given=tau)
+    return tau
 
 
 def _numbers(packet: bytes) -> Array:
@@ -168,5 +186,5 @@ def _numbers(packet: bytes) -> Array:
     return np.frombuffer(packet, "<f8", inside // 8, HEADER.size).astype(np.float64)
 
 
-def _bytes(*arrays: Array) -> bytes:
-    return np.concatenate(arrays).astype("<f8").tobytes()
+def _bytes(numbers: Array) -> bytes:
+    return numbers.astype("<f8", copy=False).tobytes()

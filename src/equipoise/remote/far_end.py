@@ -15,7 +15,6 @@ from equipoise.wire.interface import CommandMode, RobotCommand, RobotMode, Robot
 from equipoise.wire.server import UdpServer
 
 RESEND = 0.02  # [s] after which a state that nobody answered is sent again, in lockstep
-WATCHED = 3.0  # [s] of its own time that a robot is on its own before its end
 
 
 @dataclass(frozen=True)
@@ -24,15 +23,17 @@ class FarEndSettings:
 
     In `lockstep` its time waits for the command that answers its state, `patience` [s] of the
     machine's clock at most. Else its time goes on by itself, with the newest command.
-    `silence` [s], of its own time, after which it is on its own.
+    `silence` [s], of its own time, after which it is on its own; it then goes on for `watched` [s]
+    before its end.
     """
 
     lockstep: bool
     silence: float = 0.02
     patience: float = 10.0
+    watched: float = 3.0
 
     def __post_init__(self) -> None:
-        for name in ("silence", "patience"):
+        for name in ("silence", "patience", "watched"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0.0):
                 raise InputError(f"{name} must be finite and positive", given=value)
@@ -68,7 +69,7 @@ class FarEnd:
         self._sent_wall = -np.inf
         self._tau: Array | None = None
         self._alone_at = np.inf
-        self._height = robot.q[2] if robot.plant.robot.nv_base == 6 else 0.0
+        self._height = 0.0  # of the base when it was left alone
         self._state: RobotState | None = robot.read(0.0)
 
     @property
@@ -150,6 +151,7 @@ class FarEnd:
     def _leave(self, cause: str) -> None:
         self.cause = f"t = {self.robot.t:.3f} s: on its own: {cause}"
         self._alone_at = self.robot.t
+        self._height = float(self.robot.q[2]) if self.robot.plant.robot.nv_base == 6 else 0.0
 
     def _hold(self) -> None:
         """Go on by a period by the robot's own servos; note how it goes."""
@@ -169,7 +171,7 @@ class FarEnd:
             after.fastest_base = max(after.fastest_base, float(np.linalg.norm(v[:3])))
             after.lowered = self._height - float(self.robot.q[2])
         after.fastest_joint = max(after.fastest_joint, float(np.abs(v[nv:]).max()))
-        if self.robot.t - self._alone_at >= WATCHED:
+        if self.robot.t - self._alone_at >= self.settings.watched:
             self.aftermath.ended = self.robot.mode
             self.robot.mode = RobotMode.ENDED
             self._send()

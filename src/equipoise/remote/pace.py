@@ -15,7 +15,7 @@ from equipoise.wire.interface import (
 )
 
 RESEND = 0.02  # [s] after which a command is sent again in lockstep
-SLACK = 1.0  # periods after its time that a state is waited for
+SLACK = 0.005  # [s] after its time that a state is waited for
 LOST = 1.0  # [s] without any state after which a robot that runs is taken for lost
 PATIENCE = 10.0  # [s] the same in lockstep, where nothing hurries
 
@@ -81,10 +81,12 @@ class RealTime:
 
     def next(self, tick: int, answer: RobotCommand) -> Due:
         """Return the next tick and the newest state that has come by then."""
-        if self._origin is None:
+        late = None
+        if self._origin is None:  # how long the wire is shows with the first state that answers
             self._heard = self._clock()
-            self._origin = self._heard - tick * self._dt
-        due, late = self._origin + (tick + 1 + SLACK) * self._dt, None
+            due = self._heard + LOST
+        else:
+            due = self._origin + (tick + 1) * self._dt + SLACK
         while True:
             state = self._robot.read(max(due - self._clock(), 0.0))
             now = self._clock()
@@ -98,7 +100,7 @@ class RealTime:
                 self.skipped += number - tick - 1
                 return Due(number, state)
             late = state
-        if now - self._heard > LOST:
+        if now - self._heard >= LOST:
             raise RobotLostError(f"The robot has said nothing for {now - self._heard:.1f} s.")
         self.missed += 1
         return Due(tick + 1, late)

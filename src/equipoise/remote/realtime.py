@@ -66,14 +66,16 @@ class Ticker:
             self._next = time.monotonic()
 
 
-def claim_machine() -> list[str]:
-    """Ask for SCHED_FIFO and locked memory; return in words what was permitted and what not."""
+def claim_machine(*, lock: bool = True) -> list[str]:
+    """Ask for SCHED_FIFO and, to `lock`, memory that stays; return in words what was permitted."""
     told = []
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
         told.append(f"scheduled first in, first out, with priority {PRIORITY}")
     except (AttributeError, OSError) as error:
         told.append(f"scheduled like any other program ({_why(error)})")
+    if not lock:
+        return told
     try:
         libc = ctypes.CDLL(None, use_errno=True)
         if libc.mlockall(MCL_CURRENT | MCL_FUTURE):

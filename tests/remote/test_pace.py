@@ -118,7 +118,14 @@ def test_a_robot_that_never_answers_is_lost():
     robot, pace = real_time()
     with pytest.raises(RobotLostError):
         pace.next(0, ANSWER)
-    assert robot.now == LOST
+    assert robot.now == pytest.approx(LOST, abs=0.05)
+
+
+def test_the_first_answer_is_given_until_it_is_heard():
+    robot, pace = real_time((0.03, state(0, RobotMode.WAITING)), (0.06, state(1)))
+    assert pace.next(0, ANSWER).tick == 1
+    assert robot.written == 3
+    assert pace.skipped == 0
 
 
 @pytest.mark.parametrize("mode", [RobotMode.HELD, RobotMode.SUNK, RobotMode.ENDED])

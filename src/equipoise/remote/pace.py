@@ -48,13 +48,20 @@ def require_driven(state: RobotState) -> None:
 class Lockstep:
     """The robot's time waits for its command: what is lost is sent again, nothing is skipped."""
 
-    def __init__(self, robot: RobotInterface, dt: float, clock: Clock = monotonic) -> None:
-        self._robot, self._dt, self._clock = robot, dt, clock
+    def __init__(
+        self,
+        robot: RobotInterface,
+        dt: float,
+        clock: Clock = monotonic,
+        *,
+        patience: float = PATIENCE,
+    ) -> None:
+        self._robot, self._dt, self._clock, self._patience = robot, dt, clock, patience
 
     def next(self, tick: int, answer: RobotCommand) -> Due:
         """Return the next state; answer again as long as the robot asks again or says nothing."""
         heard = self._clock()
-        while self._clock() - heard <= PATIENCE:
+        while self._clock() - heard <= self._patience:
             state = self._robot.read(RESEND)
             if state is not None:
                 heard = self._clock()
@@ -63,7 +70,7 @@ class Lockstep:
                 if number > tick:
                     return Due(number, state)
             self._robot.write(answer)
-        raise RobotLostError(f"The robot has said nothing for {PATIENCE:g} s.")
+        raise RobotLostError(f"The robot has said nothing for {self._patience:g} s.")
 
 
 class RealTime:
@@ -77,16 +84,14 @@ class RealTime:
         self._robot, self._dt, self._clock = robot, dt, clock
         self._origin: float | None = None  # when tick 0 was due, by what came in time
         self._heard = 0.0
+        self._beginning = Lockstep(robot, dt, clock, patience=LOST)
         self.missed = self.skipped = 0  # ticks without a state; ticks that were over already
 
     def next(self, tick: int, answer: RobotCommand) -> Due:
         """Return the next tick and the newest state that has come by then."""
-        late = None
-        if self._origin is None:  # how long the wire is shows with the first state that answers
-            self._heard = self._clock()
-            due = self._heard + LOST
-        else:
-            due = self._origin + (tick + 1) * self._dt + SLACK
+        if self._origin is None:  # nothing moves yet, and how long the wire is will show
+            return self._in_time(self._beginning.next(tick, answer), tick)
+        due, late = self._origin + (tick + 1) * self._dt + SLACK, None
         while True:
             state = self._robot.read(max(due - self._clock(), 0.0))
             now = self._clock()
@@ -96,11 +101,16 @@ class RealTime:
             require_driven(state)
             number = round(state.t / self._dt)
             if number > tick:
-                self._origin = now - number * self._dt
-                self.skipped += number - tick - 1
-                return Due(number, state)
+                return self._in_time(Due(number, state), tick)
             late = state
         if now - self._heard >= LOST:
             raise RobotLostError(f"The robot has said nothing for {now - self._heard:.1f} s.")
         self.missed += 1
         return Due(tick + 1, late)
+
+    def _in_time(self, due: Due, before: int) -> Due:
+        """Note a state that has come in time, and what was skipped for it."""
+        self._heard = self._clock()
+        self._origin = self._heard - due.tick * self._dt
+        self.skipped += due.tick - before - 1
+        return due

@@ -32,7 +32,7 @@ class UdpRobot(End):
         self.robot_session: int | None = None
         self._robot = robot
         self._last, self._last_t = 0, 0.0
-        self._hello_at = -float("inf")
+        self._hello_due = -np.inf
         self._commands = self._closed = False
         self._refused: Refusal | None = None
 
@@ -41,8 +41,7 @@ class UdpRobot(End):
         until = self.datagrams.now() + timeout
         while True:
             self._say_hello()
-            greets_at = np.inf if self._commands else self._hello_at + HELLO_EVERY
-            self.datagrams.wait(min(until, greets_at))
+            self.datagrams.wait(until if self._commands else min(until, self._hello_due))
             state = self._newest()
             if self._refused is not None:
                 raise RobotLostError(f"The robot does not listen: {REASONS[self._refused]}.")
@@ -52,8 +51,8 @@ class UdpRobot(End):
     def _say_hello(self) -> None:
         """Say who listens, as long as no command says it."""
         now = self.datagrams.now()
-        if not self._commands and now - self._hello_at >= HELLO_EVERY:
-            self._hello_at = now
+        if not self._commands and now >= self._hello_due:
+            self._hello_due = now + HELLO_EVERY
             whose = Parties(self.session, self.robot_session or 0)
             self.datagrams.send(self.codec.hello(whose, self.next_sequence()), self._robot)
 

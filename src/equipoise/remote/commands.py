@@ -101,10 +101,10 @@ def serve_plant(scenario: Scenario, options: WireOptions, say: Say) -> FarEnd:
 
 
 def _serve_in_lockstep(far_end: FarEnd) -> None:
-    datagrams = far_end.server.datagrams
+    server = far_end.server
     while not far_end.ended:
         if not far_end.alone:
-            datagrams.wait(datagrams.now() + 0.02)
+            server.wait(server.now() + 0.02)
         far_end.tick()
 
 

@@ -11,8 +11,13 @@ from equipoise.errors import InputError
 from equipoise.physics import DivergedError
 from equipoise.simulation.simulated_robot import SimulatedRobot
 from equipoise.spatial import Array
-from equipoise.wire.interface import CommandMode, RobotCommand, RobotMode, RobotState
-from equipoise.wire.server import UdpServer
+from equipoise.wire.interface import (
+    CommandMode,
+    RobotCommand,
+    RobotMode,
+    RobotServer,
+    RobotState,
+)
 
 RESEND = 0.02  # [s] after which a state that nobody answered is sent again, in lockstep
 
@@ -60,11 +65,13 @@ class FarEnd:
     `tick` never waits. `cause` says in words why the robot is on its own or has ended.
     """
 
-    def __init__(self, robot: SimulatedRobot, server: UdpServer, settings: FarEndSettings) -> None:
+    def __init__(
+        self, robot: SimulatedRobot, server: RobotServer, settings: FarEndSettings
+    ) -> None:
         self.robot, self.server, self.settings = robot, server, settings
         self.cause = ""
         self.aftermath = Aftermath()
-        self._now: Callable[[], float] = server.datagrams.now
+        self._now: Callable[[], float] = server.now
         self._heard, self._heard_wall = 0.0, self._now()
         self._sent_wall = -np.inf
         self._tau: Array | None = None

@@ -15,6 +15,7 @@ from equipoise.wire.interface import CommandMode, RobotCommand, RobotMode, Robot
 
 CARRIED_TIME = 0.1  # [s] over which the torque that carries the robot is averaged
 SINKING = 2.0  # [s] in which the weight is let down
+GRAVITY = 9.81  # [m/s^2]
 HOLD_ERROR, HOLD_TILT = 0.3, 0.3  # [rad] from the held posture beyond which holding is given up
 
 
@@ -39,6 +40,7 @@ class SimulatedRobot:
         self._stiffness, self._damping = servo_gains(robot, delay)
         self._stamps = Stamps(robot.nq_base, robot.nv_base)
         self._read_at = -1
+        self._before = self._state.v[:3]  # linear velocity of the base a period ago
 
     @property
     def t(self) -> float:
@@ -68,7 +70,19 @@ class SimulatedRobot:
             return None
         self._sequence += 1
         stamps = self._stamps.note(self.t, reading.q, reading.v, reading.lam)
-        return RobotState(self._sequence, self.t, self.mode, stamps, *reading, self._tau.copy())
+        imu = self._imu(reading.q, reading.v)
+        return RobotState(
+            self._sequence, self.t, self.mode, stamps, *reading, self._tau.copy(), imu
+        )
+
+    def _imu(self, q: Array, v: Array) -> Array:
+        """Return what an inertial unit at the base's origin shows, with the errors of q and v."""
+        if self.plant.robot.nv_base != 6:
+            return np.zeros(0)
+        linear, rate = self._state.v[:3], self._state.v[3:6]
+        R = pin.Quaternion(self._state.q[3:7]).toRotationMatrix()
+        felt = (linear - self._before) / self._dt + np.cross(rate, linear) + GRAVITY * R[2]
+        return np.concatenate((q[3:7], v[3:6], felt))
 
     def write(self, command: RobotCommand) -> None:
         """Go on by one period with the torque, or holding if told so. Raises: `DivergedError`."""
@@ -100,6 +114,7 @@ class SimulatedRobot:
 
     def _go_on(self, tau: Array) -> None:
         self._tau = tau.copy()
+        self._before = self._state.v[:3]
         self._state = self.plant.write(tau, self._state, None)
         self._ticks += 1
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from enum import IntEnum
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -30,13 +31,18 @@ class CommandMode(IntEnum):
     HOLD = 1  # hold the posture of the moment without being told anything more
 
 
+COMMAND_MODES, ROBOT_MODES = frozenset(CommandMode), frozenset(RobotMode)
+
+
 class RobotState(NamedTuple):
     """What a robot says of itself.
 
     `sequence` counts the messages of its sender from 1, `t` [s] is the robot's own time. `q` (nq,),
     `v` (nv,), `lam` (r,) the multipliers of all contacts, `tau` (na,) [N m] the torque given in the
     step before; NaN where a sensor says nothing. `stamps` (4,) [s], in the order of `PARTS`: when
-    each was heard last and whole, on the clock of `t`; -inf where it never was.
+    each was heard last and whole, on the clock of `t`; -inf where it never was. `imu` (10,), empty
+    where there is none: quaternion x, y, z, w of the base, its angular velocity [rad/s] and its
+    acceleration less gravity [m/s^2], both in base axes.
     """
 
     sequence: int
@@ -47,6 +53,7 @@ class RobotState(NamedTuple):
     v: Array
     lam: Array
     tau: Array
+    imu: Array = np.zeros(0)
 
     @property
     def ages(self) -> dict[str, float]:
@@ -85,6 +92,27 @@ class RobotInterface(Protocol):
 
     def close(self) -> None:
         """Let go of the robot: one that was commanded is told to hold. Twice does no harm."""
+
+
+class RobotServer(Protocol):
+    """The robot's side of a wire: takes commands, sends states."""
+
+    dropped: Counter[Any]
+
+    def now(self) -> float:
+        """Return the time [s] on a clock that only goes forward."""
+
+    def wait(self, until: float) -> None:
+        """Return once something has arrived, or at the time `until` [s]."""
+
+    def receive(self, t: float) -> RobotCommand | None:
+        """Return the newest good command that has arrived by the robot's time `t` [s]."""
+
+    def send(self, state: RobotState) -> RobotState:
+        """Send a state; return it with its sequence number."""
+
+    def close(self) -> None:
+        """Take nothing any more."""
 
 
 class Stamps:

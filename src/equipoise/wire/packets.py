@@ -12,7 +12,15 @@ import numpy as np
 from equipoise.errors import InputError
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
-from equipoise.wire.interface import PARTS, CommandMode, RobotCommand, RobotMode, RobotState
+from equipoise.wire.interface import (
+    COMMAND_MODES,
+    PARTS,
+    ROBOT_MODES,
+    CommandMode,
+    RobotCommand,
+    RobotMode,
+    RobotState,
+)
 from equipoise.wire.model import WireModel
 
 MAGIC, VERSION = b"EQPW", 1
@@ -53,8 +61,7 @@ class Fault(Enum):
     JUMP = "sequence too far ahead"
 
 
-KINDS, ROBOT_MODES = frozenset(Kind), frozenset(RobotMode)
-COMMAND_MODES, REFUSALS = frozenset(CommandMode), frozenset(Refusal)
+KINDS, REFUSALS = frozenset(Kind), frozenset(Refusal)
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,14 @@ class UdpServer(End):
         """Whether anybody has commanded."""
         return self.partner is not None and self.partner.commands
 
+    def now(self) -> float:
+        """Return the time [s] on a clock that only goes forward."""
+        return self.datagrams.now()
+
+    def wait(self, until: float) -> None:
+        """Return once something has arrived, or at the time `until` [s]."""
+        self.datagrams.wait(until)
+
     def receive(self, t: float) -> RobotCommand | None:
         """Return the newest good command that has arrived by the robot's time `t` [s].
 

@@ -3,7 +3,7 @@
 Imports Cyclone DDS: only `dds` imports this file. Source: IDL of Unitree's public Python SDK.
 """
 
-# ruff: noqa: N801
+# mypy: ignore-errors
 # no `from __future__ import annotations`: Cyclone DDS reads the types of the fields
 from dataclasses import dataclass
 from typing import Any

@@ -1,14 +1,19 @@
-"""The bytes of `LowCmd_` and `LowState_` of `unitree_hg`, as views, and their checksum.
+"""The bytes of `LowCmd_` and `LowState_` of `unitree_hg`, as views.
 
-Source: IDL and CRC of Unitree's public Python SDK (unitree_sdk2py 1.0.1, BSD-3-Clause), whose messages
+In memory every motor begins at a word, and over these bytes the checksum goes. On the wire (plain
+CDR) only numbers do: the first motor follows right behind what is before it, four bytes earlier.
+
+Source: IDL of Unitree's public Python SDK (unitree_sdk2py 1.0.1, BSD-3-Clause), whose messages
 the benchmark `benchmarks/unitree_sdk.py` compares with these, byte for byte.
 """
 
 from __future__ import annotations
 
-import zlib
+from typing import NamedTuple
 
 import numpy as np
+
+from equipoise.wire.unitree.checksum import checksum
 
 MOTORS = 35  # places for motors in every message
 HEADER = bytes((0, 1, 0, 0))  # plain CDR, little-endian: what DDS puts before a message
@@ -21,7 +26,7 @@ MOTOR_CMD = np.dtype(
         "itemsize": 28,
     }
 )
-LOW_CMD = np.dtype(
+_LOW_CMD = np.dtype(
     {
         "names": ["mode_pr", "mode_machine", "motor_cmd", "reserve", "crc"],
         "formats": ["u1", "u1", (MOTOR_CMD, MOTORS), ("<u4", 4), "<u4"],
@@ -47,7 +52,7 @@ MOTOR_STATE = np.dtype(
         "itemsize": 56,
     }
 )  # fmt: skip
-LOW_STATE = np.dtype(
+_LOW_STATE = np.dtype(
     {
         "names": ["version", "mode_pr", "mode_machine", "tick", "imu_state", "motor_state",
                   "wireless_remote", "reserve", "crc"],
@@ -58,41 +63,51 @@ LOW_STATE = np.dtype(
     }
 )  # fmt: skip
 
-_REVERSED = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
+
+class Layout(NamedTuple):
+    """A message: its fields in memory, where the first motor begins on the wire, its bytes there."""
+
+    memory: np.dtype
+    first_motor: int
+    size: int
 
 
-def checksum(body: bytes | memoryview) -> int:
-    """Return the CRC of a message, which counts all of it but its last word, the CRC itself.
+LOW_CMD = Layout(_LOW_CMD, 2, len(HEADER) + _LOW_CMD.itemsize - 4)
+LOW_STATE = Layout(_LOW_STATE, 70, len(HEADER) + _LOW_STATE.itemsize - 4)
 
-    It is CRC-32/MPEG-2 over words of 32 bits, the highest byte of each first. That is the CRC-32 of
-    zlib of the same bits the other way round, taken back the other way round.
-    """
-    words = np.frombuffer(body, "<u4")[:-1].astype(">u4").tobytes()
-    mirrored = zlib.crc32(words.translate(_REVERSED)) ^ 0xFFFFFFFF
-    return int.from_bytes(mirrored.to_bytes(4, "little").translate(_REVERSED), "big")
+
+def to_wire(memory: bytes, layout: Layout) -> bytes:
+    """Return a message in memory as it goes over the wire, header included."""
+    at = layout.first_motor
+    return HEADER + memory[:at] + memory[at + 2 : at + 3] + b"\0" + memory[at + 6 :]
+
+
+def from_wire(packet: bytes, layout: Layout) -> bytes:
+    """Return a message from the wire as it lies in memory."""
+    at = layout.first_motor + len(HEADER)
+    begin = packet[len(HEADER) : at]
+    return begin + b"\0\0" + packet[at : at + 1] + b"\0\0\0" + packet[at + 2 :]
 
 
 class Message:
     """A message in memory that is made once: `fields` is a view, `packet` its bytes for DDS."""
 
-    def __init__(self, layout: np.dtype) -> None:
-        self._memory = bytearray(len(HEADER) + layout.itemsize)
-        self._memory[: len(HEADER)] = HEADER
-        body = memoryview(self._memory)[len(HEADER) :]
-        self.fields: np.void = np.frombuffer(body, layout)[0]
-        self._body = body
+    def __init__(self, layout: Layout) -> None:
+        self._layout, self._memory = layout, bytearray(layout.memory.itemsize)
+        self.fields: np.void = np.frombuffer(self._memory, layout.memory)[0]
 
     def packet(self) -> bytes:
         """Return the bytes with the right checksum."""
-        self.fields["crc"] = checksum(self._body)
-        return bytes(self._memory)
+        self.fields["crc"] = checksum(bytes(self._memory))
+        return to_wire(bytes(self._memory), self._layout)
 
 
-def fields_of(packet: bytes, layout: np.dtype) -> np.void | None:
+def fields_of(packet: bytes, layout: Layout) -> np.void | None:
     """Return the fields of a packet; None if it is of another size or encoding, or damaged."""
-    size = len(HEADER) + layout.itemsize
-    if len(packet) != size or packet[:2] != HEADER[:2]:
+    if len(packet) != layout.size or packet[:2] != HEADER[:2]:
         return None
-    body = memoryview(packet)[len(HEADER) :]
-    fields: np.void = np.frombuffer(body, layout)[0]
-    return fields if int(fields["crc"]) == checksum(body) else None
+    memory = from_wire(packet, layout)
+    if memory[-4:] != checksum(memory).to_bytes(4, "little"):
+        return None
+    fields: np.void = np.frombuffer(memory, layout.memory)[0]
+    return fields

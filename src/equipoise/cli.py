@@ -172,9 +172,11 @@ def _carry_out(
 def wire_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add how robot and controller are joined; the command gets it as `wire`, to be called."""
 
-    @click.option("--wire", "protocol", default="udp", show_default=True, help="Protocol.")
-    @click.option("--wire-host", default="127.0.0.1", help="Address of the robot [this machine].")
-    @click.option("--wire-port", type=click.IntRange(0, 65535), help="Port of the robot [47100].")
+    @click.option(
+        "--wire", "protocol", default="udp", show_default=True, help="Protocol: udp or unitree."
+    )
+    @click.option("--wire-host", default="127.0.0.1", help="Robot's address or interface.")
+    @click.option("--wire-port", type=click.IntRange(0, 65535), help="Port [47100], or DDS domain.")
     @click.option(
         "--lockstep/--realtime", default=True, help="The robot's time waits, or runs [waits]."
     )
@@ -183,10 +185,8 @@ def wire_options(command: Callable[..., None]) -> Callable[..., None]:
         *, protocol: str, wire_host: str, wire_port: int | None, lockstep: bool, **given: Any
     ) -> None:
         from equipoise.remote.commands import WireOptions
-        from equipoise.wire.datagrams import PORT
 
-        port = PORT if wire_port is None else wire_port
-        command(wire=WireOptions(protocol, wire_host, port, lockstep), **given)
+        command(wire=WireOptions(protocol, wire_host, wire_port, lockstep), **given)
 
     return with_wire
 
@@ -195,8 +195,15 @@ def wire_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.argument("scenario")
 @value_options
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
+@click.option("--truth", type=click.Path(path_type=Path), help="Write the true states (npz).")
 @wire_options
-def plant(scenario: str, overrides: tuple[str, ...], robot: str | None, wire: WireOptions) -> None:
+def plant(
+    scenario: str,
+    overrides: tuple[str, ...],
+    robot: str | None,
+    truth: Path | None,
+    wire: WireOptions,
+) -> None:
     """Be the robot of SCENARIO, simulated, for a controller in another process.
 
     Its sensors, delays and faults are those of the scenario. It stands until it is driven; left
@@ -206,7 +213,7 @@ def plant(scenario: str, overrides: tuple[str, ...], robot: str | None, wire: Wi
     from equipoise.remote.commands import serve_plant
     from equipoise.scenarios import read_scenario
 
-    serve_plant(read_scenario(scenario, overrides, robot=robot), wire, click.echo)
+    serve_plant(read_scenario(scenario, overrides, robot=robot), wire, click.echo, truth)
 
 
 @cli.command()

@@ -14,7 +14,7 @@ from equipoise.physics import PhysicsState
 from equipoise.remote.pace import Clock, Due, Lockstep, Pace, RealTime, require_driven
 from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
-from equipoise.simulation.build.assemble import Prepared, assemble_controls
+from equipoise.simulation.build.assemble import Controls, Prepared, assemble_controls
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.held_rows import HeldRows
 from equipoise.simulation.recorder import Recorder
@@ -34,7 +34,7 @@ MEETING = 20.0  # [s] that a robot is waited for
 NEAR = 0.05  # [rad, m] from the starting posture in which a robot may be met
 NO_PUSH = "a push of a person cannot be sent to this robot and was left out"
 
-Connect = Callable[[WireModel], RobotInterface]
+Connect = Callable[[Controls, WireModel], RobotInterface]
 
 
 class RemoteRun(ControlledRun):
@@ -63,7 +63,8 @@ class RemoteRun(ControlledRun):
         controls = assemble_controls(scenario, prepared)
         super().__init__(controls, Recorder(controls, {}))
         contacts = self.setup.contacts
-        self.link = connect(WireModel.of(self.robot, contacts, self.dt, lockstep=lockstep))
+        model = WireModel.of(self.robot, contacts, self.dt, lockstep=lockstep)
+        self.link = connect(controls, model)
         self._pace: Pace = (Lockstep if lockstep else RealTime)(self.link, self.dt, clock)
         self._held = HeldRows(contacts)
         self._kinematics = KinematicsEvaluator(self.robot)

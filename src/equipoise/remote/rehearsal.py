@@ -119,7 +119,7 @@ def rehearse(
     network.start(act)
     run = RemoteRun(
         scenario,
-        lambda model: UdpRobot(model, network.place(LOOP), ROBOT),
+        lambda _, model: UdpRobot(model, network.place(LOOP), ROBOT),
         lockstep=lockstep,
         prepared=prepared,
         clock=lambda: network.now,

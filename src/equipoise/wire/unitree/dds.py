@@ -105,7 +105,9 @@ class DdsEnd:
         if not samples:
             return None
         packet = getattr(samples[0], "packet", None)
-        return (packet, samples[0].sample_info.publication_handle) if packet else (b"", 0)
+        if packet is None:
+            return self.take()  # news of a writer that has left, no message
+        return packet, samples[0].sample_info.publication_handle
 
     def send(self, packet: bytes) -> None:
         """Write a message."""

@@ -65,7 +65,7 @@ _LOW_STATE = np.dtype(
 
 
 class Layout(NamedTuple):
-    """A message: its fields in memory, where the first motor begins on the wire, its bytes there."""
+    """A message: its fields in memory, where its first motor begins on the wire, its size there."""
 
     memory: np.dtype
     first_motor: int

@@ -122,7 +122,8 @@ def serve_plant(
 ) -> FarEnd:
     """Be the robot of a scenario until it was left and has come to rest; return how it ended.
 
-    Its true states are written to `truth`, if that is given. Ctrl-C ends it as it is. Raises: `InputError`, `ScenarioError`.
+    Its true states are written to `truth`, if that is given. Ctrl-C ends it as it is.
+    Raises: `InputError`, `ScenarioError`.
     """
     robot = make_robot(scenario)
     contacts, period = robot.plant.contacts, scenario.control.period

@@ -33,14 +33,15 @@ class Truth:
     def save(self, path: Path) -> None:
         """Write `t` (N,) [s], `q` (N, nq), `v` (N, nv), `lam` (N, r) to an npz file."""
         columns = [np.array(column) for column in zip(*self._states.values(), strict=True)]
-        np.savez_compressed(path, **dict(zip(NAMES, columns, strict=True)))
+        t, q, v, lam = columns
+        np.savez_compressed(path, t=t, q=q, v=v, lam=lam)
 
 
 def estimate_errors(run: Run, truth: Path, after: float = 0.0) -> dict[str, float]:
     """Return how far what a run logged was from what really was, from `after` [s] on.
 
-    Largest base position error [m], angle [rad], velocity [m/s], rate [rad/s], and for every contact
-    the largest error of a component [N or N m] and the RMS of it, over ticks that both have.
+    Largest error of the base's position [m], angle [rad], velocity [m/s] and rate [rad/s], and for
+    every contact the largest error of a component [N or N m] and its RMS, over ticks that both have.
     Raises: `InputError` if they have none in common.
     """
     with np.load(truth) as kept:
@@ -67,8 +68,8 @@ def estimate_errors(run: Run, truth: Path, after: float = 0.0) -> dict[str, floa
     for name, unit, values in (("base", ("m", "rad"), apart), ("twist", ("m/s", "rad/s"), faster)):
         for one, part in zip(unit, np.split(values, 2, axis=1), strict=True):
             errors[f"{name} [{one}]"] = float(np.linalg.norm(part, axis=1).max(initial=0.0))
-    for name, part in setup.contacts.rows.items():
-        off = run[f"lam/{name}"][seen] - true["lam"][was + 1][:, part]  # acts during the tick
+    for name, own in setup.contacts.rows.items():
+        off = run[f"lam/{name}"][seen] - true["lam"][was + 1][:, own]  # acts during the tick
         errors[f"{name} worst"] = float(np.abs(off).max())
         errors[f"{name} rms"] = float(np.sqrt((off**2).mean()))
     return errors

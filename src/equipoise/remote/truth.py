@@ -41,7 +41,7 @@ def estimate_errors(run: Run, truth: Path, after: float = 0.0) -> dict[str, floa
     """Return how far what a run logged was from what really was, from `after` [s] on.
 
     Largest error of the base's position [m], angle [rad], velocity [m/s] and rate [rad/s], and for
-    every contact the largest error of a component [N or N m] and its RMS, over ticks that both have.
+    every contact the largest error of a component [N or N m] and its RMS, over common ticks.
     Raises: `InputError` if they have none in common.
     """
     with np.load(truth) as kept:

@@ -117,51 +117,68 @@ class BaseFilter:
         self.p = np.mean([one.translation for one in found], axis=0)
         self._begun = True
 
-    def _predict(self, dt: float, rate: Array, felt: Array) -> None:
-        """Move on by what the inertial unit felt; the error follows `d xi/dt = A xi + noise`."""
-        n, noise, R = len(self.variance), self.noise, self.R
-        places = [self.p, *self.feet]
+    def transition(self, dt: float) -> Array:
+        """Return how the error moves on within `dt` [s] (n, n): `I + dt A`, `d xi/dt = A xi`."""
+        n, R = len(self.variance), self.R
         A = np.zeros((n, n))
         A[V_, R_], A[P_, V_] = skew(GRAVITY), np.eye(3)
         A[R_, self._rate_bias] = -R
         A[V_, self._rate_bias], A[V_, self._acceleration_bias] = -skew(self.v) @ R, -R
-        adjoint = np.zeros((n, n))
+        for part, place in zip((P_, *self._feet), (self.p, *self.feet), strict=True):
+            A[part, self._rate_bias] = -skew(place) @ R
+        return np.eye(n) + dt * A
+
+    def _adjoint(self) -> Array:
+        """Return what turns noise in base axes into an error in world axes (n, n)."""
+        n, R = len(self.variance), self.R
+        adjoint = np.eye(n)
         adjoint[R_, R_] = adjoint[V_, V_] = R
         adjoint[V_, R_] = skew(self.v) @ R
-        for part, place in zip((P_, *self._feet), places, strict=True):
-            A[part, self._rate_bias] = -skew(place) @ R
+        for part, place in zip((P_, *self._feet), (self.p, *self.feet), strict=True):
             adjoint[part, part], adjoint[part, R_] = R, skew(place) @ R
-        adjoint[n - 6 :, n - 6 :] = np.eye(6)
+        return adjoint
+
+    def _predict(self, dt: float, rate: Array, felt: Array) -> None:
+        """Move on by what the inertial unit felt."""
+        noise, adjoint, step = self.noise, self._adjoint(), self.transition(dt)
         white = np.repeat([noise.rate, noise.acceleration, 0.0], 3)
         walks = np.repeat([noise.rate_bias, noise.acceleration_bias], 3)
-        slips = np.full(n - 15, noise.slip)
+        slips = np.full(3 * len(self.soles), noise.slip)
         Q = (adjoint * np.concatenate((white, slips, walks)) ** 2) @ adjoint.T
-        step = np.eye(n) + dt * A
         self.variance = step @ (self.variance + dt * Q) @ step.T
-        a = R @ felt + GRAVITY
+        a = self.R @ felt + GRAVITY
         self.p = self.p + dt * self.v + 0.5 * dt * dt * a
         self.v = self.v + dt * a
-        self.R = R @ pin.exp3(dt * rate)
+        self.R = self.R @ pin.exp3(dt * rate)
+
+    def seen(self, joints: Array) -> tuple[Array, Array]:
+        """Return by how much what the joints say differs from the state, and its matrix H.
+
+        The first (6 l,) is `H xi` of the error, by foot its place [m] and its turn [rad].
+        """
+        n, count = len(self.variance), len(self.soles)
+        z, H = np.zeros(6 * count), np.zeros((6 * count, n))
+        for k, sole in enumerate(self._placements(joints)):
+            at, turn = slice(6 * k, 6 * k + 3), slice(6 * k + 3, 6 * k + 6)
+            z[at] = self.R @ sole.translation + self.p - self.feet[k]
+            H[at, P_], H[at, self._feet[k]] = np.eye(3), -np.eye(3)
+            z[turn] = pin.log3(self.R @ sole.rotation @ self._anchors[k].rotation.T)
+            H[turn, R_] = np.eye(3)
+        return z, H
 
     def _correct(self, joints: Array) -> None:
         """Take in where the soles are, seen from the base, and how they are turned."""
-        n, count = len(self.variance), len(self.soles)
-        z, H = np.zeros(6 * count), np.zeros((6 * count, n))
-        for k, seen in enumerate(self._placements(joints)):
-            at, turn = slice(6 * k, 6 * k + 3), slice(6 * k + 3, 6 * k + 6)
-            z[at] = self.R @ seen.translation + self.p - self.feet[k]
-            H[at, P_], H[at, self._feet[k]] = np.eye(3), -np.eye(3)
-            z[turn] = pin.log3(self.R @ seen.rotation @ self._anchors[k].rotation.T)
-            H[turn, R_] = np.eye(3)
-        N = np.diag(np.tile(np.repeat([self.noise.place, self.noise.angle], 3) ** 2, count))
+        z, H = self.seen(joints)
+        noise = np.repeat([self.noise.place, self.noise.angle], 3) ** 2
+        N = np.diag(np.tile(noise, len(self.soles)))
         S = H @ self.variance @ H.T + N
         K = np.linalg.solve(S, H @ self.variance).T
-        self._move(-K @ z)
-        keep = np.eye(n) - K @ H
+        self.move(-K @ z)
+        keep = np.eye(len(self.variance)) - K @ H
         self.variance = keep @ self.variance @ keep.T + K @ N @ K.T
 
-    def _move(self, xi: Array) -> None:
-        """Multiply the state from the left by the exponential of a change of the error."""
+    def move(self, xi: Array) -> None:
+        """Multiply the state from the left by the exponential of an error (n,)."""
         turn, left = pin.exp3(xi[R_]), pin.Jexp3(-xi[R_])
         self.R = turn @ self.R
         self.v = turn @ self.v + left @ xi[V_]

@@ -129,3 +129,13 @@ def test_the_same_moment_twice_is_counted_once():
     np.testing.assert_array_equal(first.q, second.q)
     np.testing.assert_array_equal(first.lam, second.lam)
     np.testing.assert_array_equal(variance, robot.base.variance)
+
+
+def test_rows_of_contacts_are_those_of_the_stack():
+    from equipoise.estimation.wrench_observer import _rows_of
+
+    scenario = read_scenario("press", ["duration=0.3"])
+    setup = build_setup(scenario, prepared().robot)
+    kin = setup.robot.at(prepared().q_start)
+    rows = np.vstack([_rows_of(contact, kin) for contact in setup.contacts.contacts])
+    np.testing.assert_allclose(rows, setup.contacts.jacobian(kin), atol=1e-12)

@@ -67,10 +67,16 @@ class Ticker:
 
 
 def claim_machine(*, lock: bool = True) -> list[str]:
-    """Ask for SCHED_FIFO and, to `lock`, memory that stays; return in words what was permitted."""
+    """Ask for SCHED_FIFO and, to `lock`, memory that stays; return in words what was permitted.
+
+    All threads of this program get it, those that receive messages too; programs that it starts do
+    not.
+    """
     told = []
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+        for thread in os.listdir("/proc/self/task"):
+            policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+            os.sched_setscheduler(int(thread), policy, os.sched_param(PRIORITY))
         told.append(f"scheduled first in, first out, with priority {PRIORITY}")
     except (AttributeError, OSError) as error:
         told.append(f"scheduled like any other program ({_why(error)})")

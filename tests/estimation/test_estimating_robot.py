@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 
 from equipoise.estimation import EstimatingRobot, WrenchObserver
+from equipoise.remote.drive import RemoteRun
 from equipoise.scenarios import read_scenario
 from equipoise.simulation.build.assemble import (
     Prepared,
@@ -102,6 +103,22 @@ def test_a_robot_is_driven_on_estimates():
     assert modes == {"RUN"}
     assert np.abs(apart).max() < 1e-4
     assert np.abs(fast).max() < 5e-3
+
+
+def test_a_run_logs_how_sure_the_estimate_is():
+    scenario = read_scenario("press", ["duration=0.05"])
+
+    def connect(controls, model):
+        setup = controls.setup
+        plant, tau = assemble_plant(scenario, setup, controls.q_start)
+        behind = Blind(SimulatedRobot(plant, scenario.control.period, tau))
+        return EstimatingRobot(behind, setup.robot, setup.contacts, setup.schedule)
+
+    run = RemoteRun(scenario, connect, lockstep=True, prepared=prepared())
+    spreads = np.array([record["estimate"].copy() for _, record in run.ticks()])
+    assert len(spreads) == 50
+    assert (spreads > 0.0).all()
+    assert (spreads[:, 0] < 0.01).all()
 
 
 def test_sensors_that_err_are_borne():

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import ScenarioError
+from equipoise.estimation import EstimatingRobot
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics import PhysicsState
 from equipoise.remote.pace import Clock, Due, Lockstep, Pace, RealTime, require_driven
@@ -76,7 +77,12 @@ class RemoteRun(ControlledRun):
     def robot_channels(self) -> list[Channel]:
         """What is known of the wire."""
         doc = "age of the measured state, NaN where none had come; from its arrival to the command"
-        return [Channel("wire", ("age", "answer"), ("s", "s"), doc)]
+        found = [Channel("wire", ("age", "answer"), ("s", "s"), doc)]
+        if isinstance(self.link, EstimatingRobot):
+            doc = "standard deviations of the estimated base, by its filter"
+            labels, units = ("position", "velocity", "angle"), ("m", "m/s", "rad")
+            found.append(Channel("estimate", labels, units, doc))
+        return found
 
     @property
     def story(self) -> tuple[str, ...]:
@@ -155,6 +161,8 @@ class RemoteRun(ControlledRun):
             record["wire"][:] = (
                 t - heard if due.state is not None else np.nan, 1e-9 * (answered - arrived)
             )  # fmt: skip
+            if isinstance(self.link, EstimatingRobot):
+                record["estimate"][:] = self.link.base.spread
             due = self._pace.next(k, answer)
             after = seen
             if due.state is not None:

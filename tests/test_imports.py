@@ -21,7 +21,7 @@ CONTROL = {
     *(*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "tasks", "motion", "control"),
     "renamed",
 }
-BUILT = {*CONTROL, "walking", "wbc", "physics", "scenarios", "runlog", "simulation"}
+BUILT = {*CONTROL, "walking", "wbc", "physics", "scenarios", "runlog", "wire", "simulation"}
 
 # room: rooms it may import (itself is always allowed); what stands for itself is listed as a file
 BELOW = {
@@ -48,7 +48,10 @@ BELOW = {
     "adapters": {*KINEMATIC, "contacts", "physics"},
     "gym": {*CONTROL, "wbc", "physics"},
     "scenarios": {"errors", "bounded_yaml", "spatial", "robots"},
+    "wire": {*KINEMATIC, "trajectories", "contacts"},
+    "estimation": {*KINEMATIC, "trajectories", "contacts", "wire"},
     "simulation": BUILT,
+    "remote": {*BUILT, "estimation"},
     "analysis": BUILT,
     "verify": BUILT,
     "bench": {*BUILT, "console"},
@@ -56,7 +59,9 @@ BELOW = {
     "studies": {*BUILT, "analysis"},
     "console": {"errors", "robots"},
     "api": {*BUILT, "analysis"},
-    "cli": {*BUILT, "analysis", "verify", "bench", "viewer", "studies", "console", "api"},
+    "cli": {
+        *(*BUILT, "analysis", "verify", "bench", "viewer", "studies", "console", "remote", "api"),
+    },
 }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from equipoise.runlog.folders import check_place
 from equipoise.scenarios import Scenario, read_scenario
 from equipoise.scenarios.catalogue import place_error
 from equipoise.simulation.build.reach import missed_waypoints
+from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.loop import Ending, RunOutcome, run_simulation
 from equipoise.simulation.operator import Operator
 from equipoise.simulation.simulation import Simulation
@@ -41,7 +42,7 @@ def run_scenario(
     figures: bool = True,
     report: Report | None = None,
     measured: Callable[[Run], None] | None = None,
-    steer: Callable[[Simulation, Path], Operator] | None = None,
+    steer: Callable[[ControlledRun, Path], Operator] | None = None,
 ) -> Run:
     """Run a scenario (a name, a YAML path or an object) and return its loaded log.
 
@@ -55,43 +56,76 @@ def run_scenario(
     `scenario.yaml`, `summary.json` and, unless switched off, `figures/`.
     Raises: `InputError` (a wrong scenario), `RunLogError` (the folder cannot be written).
     """
-    say = report or _say_nothing
-    with watch_compilation(lambda busy: say(COMPILING, None) if busy else None):
+    output = Output(out, figures, report, measured, steer)
+    with watch_compilation(output.say_compiling):
         spec = (
             scenario
             if isinstance(scenario, Scenario)
             else read_scenario(scenario, overrides, robot=robot)
         )
-        check_place(Path(out) if out is not None else RUNS)
-        say("starting posture", 0.0)
         try:
-            check_acceptance(spec)
-            simulation = Simulation(spec)
+            return run_made(spec, Simulation, output)
         except ScenarioError as error:
             if isinstance(scenario, Scenario):
                 raise
             raise place_error(error, scenario, overrides) from None
-        misses = [str(miss) for miss in missed_waypoints(simulation.assembly)]
-        for sentence in misses:
-            getattr(report, "tell", _tell_nobody)(sentence)
-        folder = Path(out) if out is not None else new_run_folder(RUNS, spec.name)
-        if steer is not None:
-            simulation.operate(steer(simulation, folder))
-        outcome = run_simulation(simulation, folder, lambda t: say("simulating", t / spec.duration))
-        outcome = replace(outcome, changes=(*misses, *outcome.changes))
-        context = _measure(simulation, outcome, folder, say)
-        if measured is not None:
-            measured(context.run)
-        if figures and outcome.ending is not Ending.INTERRUPTED:
-            _draw(context, say)
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where a run goes and who is told of it, as `run_scenario` has it."""
+
+    out: Path | str | None = None
+    figures: bool = True
+    report: Report | None = None
+    measured: Callable[[Run], None] | None = None
+    steer: Callable[[ControlledRun, Path], Operator] | None = None
+
+    @property
+    def say(self) -> Report:
+        """Whom to tell how far it is."""
+        return self.report or _say_nothing
+
+    def say_compiling(self, busy: bool) -> None:
+        """Tell that kernels are being compiled."""
+        if busy:
+            self.say(COMPILING, None)
+
+
+def run_made(
+    spec: Scenario, make: Callable[[Scenario], ControlledRun], output: Output | None = None
+) -> Run:
+    """Run what `make` makes of a scenario, and return its loaded log: see `run_scenario`.
+
+    Raises: `ScenarioError`, `RunLogError`, and what `make` raises.
+    """
+    output = output or Output()
+    out, say = output.out, output.say
+    check_place(Path(out) if out is not None else RUNS)
+    say("starting posture", 0.0)
+    check_acceptance(spec)
+    made = make(spec)
+    misses = [str(miss) for miss in missed_waypoints(made.controls)]
+    for sentence in misses:
+        getattr(output.report, "tell", _tell_nobody)(sentence)
+    folder = Path(out) if out is not None else new_run_folder(RUNS, spec.name)
+    if output.steer is not None:
+        made.operate(output.steer(made, folder))
+    outcome = run_simulation(made, folder, lambda t: say("simulating", t / spec.duration))
+    outcome = replace(outcome, changes=(*misses, *outcome.changes))
+    context = _measure(made, outcome, folder, say)
+    if output.measured is not None:
+        output.measured(context.run)
+    if output.figures and outcome.ending is not Ending.INTERRUPTED:
+        _draw(context, say)
     return context.run
 
 
-def _measure(simulation: Simulation, outcome: RunOutcome, folder: Path, say: Report) -> RunContext:
+def _measure(made: ControlledRun, outcome: RunOutcome, folder: Path, say: Report) -> RunContext:
     """Write the summary; return the run with it."""
     say("measuring", 0.0)
-    context = RunContext(load_run(folder), simulation.scenario, simulation.setup)
-    write_summary(folder, summarise(context, simulation, outcome))
+    context = RunContext(load_run(folder), made.scenario, made.setup)
+    write_summary(folder, summarise(context, made, outcome))
     return replace(context, run=replace(context.run, summary=read_summary(folder)))
 
 
@@ -102,7 +136,7 @@ def _draw(context: RunContext, say: Report) -> None:
     draw_figures(context, context.run.folder / "figures", lambda share: say("drawing", share))
 
 
-def summarise(context: RunContext, simulation: Simulation, outcome: RunOutcome) -> dict[str, Any]:
+def summarise(context: RunContext, made: ControlledRun, outcome: RunOutcome) -> dict[str, Any]:
     """Return what `summary.json` holds."""
     run, rows = context.run, judge(context)
     if outcome.ending is Ending.INTERRUPTED and "completed" in rows:
@@ -110,8 +144,8 @@ def summarise(context: RunContext, simulation: Simulation, outcome: RunOutcome) 
     faults = impossible(rows)
     return {
         "scenario": run.info.get("scenario", ""),
-        "title": simulation.scenario.title,
-        "robot": simulation.robot.name,
+        "title": made.scenario.title,
+        "robot": made.robot.name,
         "seed": run.seed,
         "ended": outcome.ending.name.lower(),
         "note": outcome.note or outcome.ending.value,
@@ -121,7 +155,7 @@ def summarise(context: RunContext, simulation: Simulation, outcome: RunOutcome) 
         "impossible": faults,
         "look": where_to_look(rows, run.folder),
         "metrics": rows,
-        "gains": list(simulation.assembly.advice.sentences()),
+        "gains": list(made.controls.advice.sentences()),
         "timing": {**asdict(outcome), "ending": outcome.ending.name, "cpu": platform.machine()},
         "versions": dict(run.info),
     }

@@ -19,6 +19,8 @@ from equipoise.errors import EquipoiseError, InputError
 from equipoise.studies import commands as of_studies
 
 if TYPE_CHECKING:
+    from equipoise.api import Output
+    from equipoise.remote.commands import WireOptions
     from equipoise.runlog import Run
 
 PASSED, NOT_PASSED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -117,6 +119,32 @@ def run(
       equipoise run tray --set 'title=A tray, heavier'
     """
     from equipoise.api import run_scenario
+
+    def carry_out(output: Output) -> Run:
+        return run_scenario(
+            scenario,
+            out=output.out,
+            overrides=overrides,
+            robot=robot,
+            figures=output.figures,
+            report=output.report,
+            measured=output.measured,
+            steer=output.steer,
+        )
+
+    _carry_out(carry_out, out, no_figures=no_figures, watched=watched, address=address)
+
+
+def _carry_out(
+    carry_out: Callable[[Output], Run],
+    out: Path | None,
+    *,
+    no_figures: bool,
+    watched: bool,
+    address: tuple[str, int | None],
+) -> None:
+    """Run with a bar, a table, perhaps a page; exit with what came out."""
+    from equipoise.api import Output
     from equipoise.console import Progress, print_figures, print_summary
 
     watch = None
@@ -130,16 +158,8 @@ def run(
             progress.rest()
             print_summary(measured.summary or {}, measured.folder)
 
-        finished = run_scenario(
-            scenario,
-            out=out,
-            overrides=overrides,
-            robot=robot,
-            figures=not no_figures,
-            report=progress,
-            measured=show,
-            steer=watch.steer if watch is not None else None,
-        )
+        steer = watch.steer if watch is not None else None
+        finished = carry_out(Output(out, not no_figures, progress, show, steer))
     summary = finished.summary or {}
     print_figures(finished.folder)
     if watch is not None:
@@ -147,6 +167,92 @@ def run(
     if summary.get("ended") == "interrupted":
         sys.exit(INTERRUPTED)
     sys.exit(PASSED if summary.get("passed") else NOT_PASSED)
+
+
+def wire_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add how robot and controller are joined; the command gets it as `wire`, to be called."""
+
+    @click.option(
+        "--wire", "protocol", default="udp", show_default=True, help="Protocol: udp or unitree."
+    )
+    @click.option("--wire-host", default="127.0.0.1", help="Robot's address or interface.")
+    @click.option("--wire-port", type=click.IntRange(0, 65535), help="Port [47100], or DDS domain.")
+    @click.option(
+        "--lockstep/--realtime", default=True, help="The robot's time waits, or runs [waits]."
+    )
+    @wraps(command)
+    def with_wire(
+        *, protocol: str, wire_host: str, wire_port: int | None, lockstep: bool, **given: Any
+    ) -> None:
+        from equipoise.remote.commands import WireOptions
+
+        command(wire=WireOptions(protocol, wire_host, wire_port, lockstep), **given)
+
+    return with_wire
+
+
+@cli.command()
+@click.argument("scenario")
+@value_options
+@click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
+@click.option("--truth", type=click.Path(path_type=Path), help="Write the true states (npz).")
+@wire_options
+def plant(
+    scenario: str,
+    overrides: tuple[str, ...],
+    robot: str | None,
+    truth: Path | None,
+    wire: WireOptions,
+) -> None:
+    """Be the robot of SCENARIO, simulated, for a controller in another process.
+
+    Its sensors, delays and faults are those of the scenario. It stands until it is driven; left
+    alone it holds its posture by its own servos for a moment, and ends.
+    Example: equipoise plant press --robot g1 --realtime
+    """
+    from equipoise.remote.commands import serve_plant
+    from equipoise.scenarios import read_scenario
+
+    serve_plant(read_scenario(scenario, overrides, robot=robot), wire, click.echo, truth)
+
+
+@cli.command()
+@click.argument("scenario")
+@click.option("--arm", is_flag=True, help="Let the robot move; without it, it is only looked at.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder of the run (must be new).")
+@value_options
+@click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
+@click.option("--no-figures", is_flag=True, help="Write no figures.")
+@click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")
+@page_options
+@wire_options
+def control(
+    scenario: str,
+    arm: bool,
+    overrides: tuple[str, ...],
+    robot: str | None,
+    wire: WireOptions,
+    **output: Any,
+) -> None:
+    """Drive the robot of SCENARIO in another process (equipoise plant), and log it as `run` does.
+
+    Example: equipoise control press --robot g1 --realtime --arm
+    """
+    from equipoise.remote.commands import control_robot
+    from equipoise.scenarios import read_scenario
+
+    spec = read_scenario(scenario, overrides, robot=robot)
+    if not arm:
+        control_robot(spec, wire, click.echo).close()
+        click.echo("Nothing was commanded: nothing moves without --arm")
+        return
+
+    def carry_out(given: Output) -> Run:
+        from equipoise.api import run_made
+
+        return run_made(spec, lambda s: control_robot(s, wire, click.echo), given)
+
+    _carry_out(carry_out, **output)
 
 
 @cli.command()

@@ -14,8 +14,9 @@ import numpy as np
 from equipoise.physics import DivergedError
 from equipoise.runlog import RunWriter
 from equipoise.scenarios.read import resolved_text
+from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.operator import StopRequested
-from equipoise.simulation.simulation import Simulation
+from equipoise.wire.interface import RobotLostError
 
 Progress = Callable[[float], None]
 
@@ -25,6 +26,7 @@ class Ending(Enum):
 
     COMPLETED = "the run reached its duration"
     DIVERGED = "the simulated state became infinite"
+    LOST = "the robot was lost; what came until then is in the log"
     INTERRUPTED = "the run was interrupted; what was computed is in the log"
 
 
@@ -51,7 +53,7 @@ class RunOutcome:
 
 
 def run_simulation(
-    simulation: Simulation, folder: Path, progress: Progress | None = None
+    simulation: ControlledRun, folder: Path, progress: Progress | None = None
 ) -> RunOutcome:
     """Run into `folder` (created, must hold no run yet); `progress` is told the time ever so often.
 
@@ -82,6 +84,8 @@ def run_simulation(
                     progress(t)
         except DivergedError as error:
             ending, note = Ending.DIVERGED, str(error)
+        except RobotLostError as error:
+            ending, note = Ending.LOST, str(error)
         except (KeyboardInterrupt, StopRequested):
             ending = Ending.INTERRUPTED
     gc.unfreeze()
@@ -100,7 +104,7 @@ def run_simulation(
     )
 
 
-def _paused(simulation: Simulation) -> float:
+def _paused(simulation: ControlledRun) -> float:
     """Return for how long [s] a person has let the run stand."""
     return (
         simulation.operator_port.operator.paused_s if simulation.operator_port is not None else 0.0

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from equipoise.collision.scene import Pair
 from equipoise.contacts import ReactionMargins, SoleContact
 from equipoise.control import ControlStatus, Mode
 from equipoise.errors import InputError
 from equipoise.hqp import Status
-from equipoise.physics import PhysicsState
+from equipoise.physics import PhysicsState, PushedObject, PushedObjectState
 from equipoise.robots import Robot
 from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path
-from equipoise.simulation.build.assemble import Assembly
+from equipoise.simulation.build.assemble import Controls
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.observer import Observer
 from equipoise.tasks import AvoidanceTask, FramePoseTask, Task
@@ -25,11 +27,16 @@ MODE_CODES = {mode: float(code) for code, mode in enumerate(Mode)}
 
 
 class Recorder:
-    """Writes what a tick produced into the views of a record."""
+    """Writes what a tick produced into the views of a record.
 
-    def __init__(self, assembly: Assembly) -> None:
-        scenario, setup, levels = assembly.scenario, assembly.setup, assembly.levels
-        self.setup, self.controller = setup, assembly.controller
+    `sliders` are the pushed objects of the plant.
+    """
+
+    def __init__(
+        self, controls: Controls, sliders: Mapping[PushedObject, PushedObjectState]
+    ) -> None:
+        scenario, setup, levels = controls.scenario, controls.setup, controls.levels
+        self.setup, self.controller = setup, controls.controller
         self.pairs = monitored_pairs(scenario, setup, levels)
         self.channels = channels_of(scenario, setup, levels, self.pairs)
         self.tasks = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
@@ -42,7 +49,7 @@ class Recorder:
             if contact.regulated
         ]
         self._sliders = []
-        for slider, state in assembly.engine.sliders.items():
+        for slider, state in sliders.items():
             spec = scenario.contacts[slider.contact]
             assert isinstance(spec, schema.PushContactSpec)
             target = setup.targets[spec.slider]

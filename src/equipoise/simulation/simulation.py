@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from time import perf_counter_ns
 
-import numpy as np
-
 from equipoise.physics import PhysicsState
 from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
 from equipoise.simulation.build.assemble import Assembly, Prepared, assemble
+from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.object_log import ObjectLog
-from equipoise.simulation.operator import Operator, OperatorPort
 from equipoise.simulation.recorder import Recorder
 from equipoise.simulation.walk import WalkDriver
 from equipoise.wbc import WholeBodyCommand
 
 
-class Simulation:
-    """A run: `ticks` runs it and yields what is logged.
+class Simulation(ControlledRun):
+    """A run in one process: `ticks` runs it and yields what is logged.
 
     Building it finds the starting posture, unless it is `prepared`, so it takes a moment.
     Raises: `ScenarioError`, `PostureNotFoundError`.
@@ -27,40 +25,25 @@ class Simulation:
 
     def __init__(self, scenario: schema.Scenario, prepared: Prepared | None = None) -> None:
         self.assembly: Assembly = assemble(scenario, prepared)
-        self.scenario, self.setup = scenario, self.assembly.setup
-        self.robot, self.levels = self.setup.robot, self.assembly.levels
-        self.controller, self.plant = self.assembly.controller, self.assembly.plant
-        self.engine = self.assembly.engine
-        self.dt = scenario.control.period
-        self.steps = round(scenario.duration / self.dt)
+        self.plant, self.engine = self.assembly.plant, self.assembly.engine
+        super().__init__(self.assembly, Recorder(self.assembly, self.engine.sliders))
         self.objects = ObjectLog(self.engine)
         walk = self.assembly.walk
         self.walk = (
             None if walk is None else WalkDriver(walk, self.setup, self.controller, self.engine)
         )
-        self.recorder = Recorder(self.assembly)
-        self.tick_ns = np.zeros((self.steps, 2), dtype=np.int64)
-        self.operator_port: OperatorPort | None = None
         self._command: WholeBodyCommand | None = None
 
     @property
-    def channels(self) -> list[Channel]:
-        """What every tick logs."""
-        operated = self.operator_port.channels if self.operator_port is not None else []
+    def robot_channels(self) -> list[Channel]:
+        """What the sensors and motors did, where loose objects are, and how it walks."""
         walked = self.walk.channels if self.walk is not None else []
-        plant = self.plant.channels + self.objects.channels
-        return self.recorder.channels + plant + walked + operated
+        return self.plant.channels + self.objects.channels + walked
 
     @property
-    def story(self) -> tuple[str, ...]:
-        """What a person changed and what the supervisor did, in sentences."""
-        changes = self.operator_port.changes if self.operator_port is not None else []
-        walked = self.walk.story if self.walk is not None else ()
-        return (*self.assembly.told, *changes, *walked, *self.controller.story)
-
-    def operate(self, operator: Operator) -> None:
-        """Let someone change pushes, gains and wanted forces while it runs."""
-        self.operator_port = OperatorPort(self.controller, operator)
+    def robot_story(self) -> tuple[str, ...]:
+        """What happened to the feet, in sentences."""
+        return self.walk.story if self.walk is not None else ()
 
     def ticks(self, record: TickRecord | None = None) -> Iterator[tuple[float, TickRecord]]:
         """Run; yield time and record of each tick. `lam` acts during the tick.

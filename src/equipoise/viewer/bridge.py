@@ -20,8 +20,8 @@ import pinocchio as pin
 from equipoise.errors import EquipoiseError
 from equipoise.robots import Robot
 from equipoise.scenarios.read import resolved_text
+from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.operator import OperatorRequest, StopRequested
-from equipoise.simulation.simulation import Simulation
 from equipoise.spatial import Array
 from equipoise.viewer.live import IN_FLIGHT, Job, serve
 
@@ -34,7 +34,7 @@ FIRST_PAGE_TIMEOUT = 60.0  # [s] that the run waits for somebody to look
 class Bridge:
     """Steers a simulation from the page; a lost page lets the run go on alone."""
 
-    def __init__(self, simulation: Simulation, host: str, port: int | None) -> None:
+    def __init__(self, simulation: ControlledRun, host: str, port: int | None) -> None:
         channels = tuple(simulation.channels)
         self._names = [channel.name for channel in channels]
         job = Job(

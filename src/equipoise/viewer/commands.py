@@ -13,7 +13,7 @@ from pathlib import Path
 from equipoise.robots import check_urdf, get_robot, named_robots, robot_path
 from equipoise.robots.files.finding import raise_errors
 from equipoise.runlog import latest_run
-from equipoise.simulation.simulation import Simulation
+from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.viewer.bridge import Bridge
 from equipoise.viewer.longlog import LongLog
 from equipoise.viewer.replay import Replay
@@ -69,7 +69,7 @@ class Watch:
         self._host, self._port, self._say = host, port, say
         self._bridge: Bridge | None = None
 
-    def steer(self, simulation: Simulation, folder: Path) -> Bridge:
+    def steer(self, simulation: ControlledRun, folder: Path) -> Bridge:
         """Open the page and wait until somebody looks."""
         self._bridge = Bridge(simulation, self._host, self._port)
         self._say(f"The run can be watched at {self._bridge.url}")

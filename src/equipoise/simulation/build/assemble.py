@@ -30,15 +30,15 @@ from equipoise.simulation.build.rehearse import rehearse
 from equipoise.simulation.build.rivals import known_robot, tuned_rival
 from equipoise.simulation.build.setup import Setup, build_setup
 from equipoise.simulation.build.walk import WalkSetup, build_walk
-from equipoise.simulation.robot_interface import SimulatedRobot
+from equipoise.simulation.plant import Plant
 from equipoise.spatial import Array
 from equipoise.tasks import FramePoseTask, Task
 from equipoise.wbc import ControlSettings, NewController, WholeBodyController
 
 
-@dataclass(frozen=True)
-class Assembly:
-    """Everything of one run, put together.
+@dataclass(frozen=True, kw_only=True)
+class Controls:
+    """Everything of one run but the plant.
 
     `q_start` (nq,) is the starting posture, `advice` what the gain adviser said, `told` what was
     told before the run, `walk` how it walks, if it does.
@@ -50,9 +50,15 @@ class Assembly:
     q_start: Array
     advice: GainAdvice
     controller: WholeBodyController
-    plant: SimulatedRobot
     told: tuple[str, ...] = ()
     walk: WalkSetup | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Assembly(Controls):
+    """Everything of one run, put together."""
+
+    plant: Plant
 
     @property
     def engine(self) -> PhysicsEngine:
@@ -76,6 +82,18 @@ def assemble(scenario: schema.Scenario, prepared: Prepared | None = None) -> Ass
 
     Raises: `ScenarioError`, `PostureNotFoundError`.
     """
+    controls = assemble_controls(scenario, prepared)
+    plant, tau = assemble_plant(scenario, controls.setup, controls.q_start)
+    if tau is not None:
+        controls.controller.take_over(tau)
+    return Assembly(**vars(controls), plant=plant)
+
+
+def assemble_controls(scenario: schema.Scenario, prepared: Prepared | None = None) -> Controls:
+    """Put together all but the plant, which may stand elsewhere.
+
+    Raises: `ScenarioError`, `PostureNotFoundError`.
+    """
     setup = build_setup(scenario, prepared.robot if prepared is not None else None)
     check_waypoints(scenario, setup)
     told = tell_slowed(scenario)
@@ -96,11 +114,28 @@ def assemble(scenario: schema.Scenario, prepared: Prepared | None = None) -> Ass
         fades=build_fades(scenario),
         controller=_controller(scenario, setup, advice),
     )
+    return Controls(
+        scenario=scenario,
+        setup=setup,
+        levels=levels,
+        q_start=q_start,
+        advice=advice,
+        controller=controller,
+        told=told,
+        walk=walk,
+    )
+
+
+def assemble_plant(
+    scenario: schema.Scenario, setup: Setup, q_start: Array
+) -> tuple[Plant, Array | None]:
+    """Return the plant at rest at `q_start` (nq,), and the torque (na,) [N m] if it stands by one.
+
+    Raises: `ScenarioError`, `InputError`.
+    """
     engine = make_engine(scenario, setup, q_start)
-    plant = SimulatedRobot(scenario, setup.robot, setup.contacts, engine)
-    if scenario.control.start == "standing":
-        controller.take_over(engine.stand())
-    return Assembly(scenario, setup, levels, q_start, advice, controller, plant, told, walk)
+    plant = Plant(scenario, setup.robot, setup.contacts, engine)
+    return plant, engine.stand() if scenario.control.start == "standing" else None
 
 
 def _tell(sentences: tuple[str, ...]) -> tuple[str, ...]:

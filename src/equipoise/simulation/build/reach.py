@@ -10,7 +10,7 @@ import numpy as np
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator
 from equipoise.scenarios import schema
-from equipoise.simulation.build.assemble import Assembly
+from equipoise.simulation.build.assemble import Controls
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask, ContactTask, FramePoseTask, GazeTask, Task
 from equipoise.trajectories import FixedPose
@@ -42,7 +42,7 @@ class Miss:
         )
 
 
-def missed_waypoints(assembly: Assembly) -> list[Miss]:
+def missed_waypoints(assembly: Controls) -> list[Miss]:
     """Return every waypoint that the robot, standing and within its limits, cannot get to.
 
     The tasks of the scenario in their order lead the robot from waypoint to waypoint, each held
@@ -83,7 +83,7 @@ def _waypoints(scenario: schema.Scenario) -> Iterator[tuple[str, int, float]]:
                 yield name, number, waypoint.t
 
 
-def _held(assembly: Assembly, t: float) -> list[list[Task]]:
+def _held(assembly: Controls, t: float) -> list[list[Task]]:
     """Return the levels with every frame held where it is wanted at time `t` [s]."""
     scenario = assembly.scenario
     contacts = ContactTask("contacts", assembly.setup.soles, rate=scenario.control.contact_rate)
@@ -105,7 +105,7 @@ def _held(assembly: Assembly, t: float) -> list[list[Task]]:
     return levels
 
 
-def _settled(assembly: Assembly, levels: list[list[Task]], q: Array) -> Array:
+def _settled(assembly: Controls, levels: list[list[Task]], q: Array) -> Array:
     """Return the configuration (nq,) in which the tasks leave the robot."""
     solver = make_solver(assembly.scenario.control.solver)
     motion = MotionGenerator(assembly.setup.robot, levels, solver, STEP, q)

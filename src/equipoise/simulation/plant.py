@@ -1,4 +1,4 @@
-"""The simulated robot: an engine behind sensors that err and motors that fail, read and written."""
+"""The plant: an engine behind sensors that err and motors that fail, read and written."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, frame_of
 from equipoise.simulation.faults import ExternalForce, FaultInjector, Faults
+from equipoise.simulation.held_rows import HeldRows
 from equipoise.simulation.sensors import (
     Reading,
     SensorModel,
@@ -22,7 +23,7 @@ from equipoise.simulation.sensors import (
 from equipoise.spatial import Array
 
 
-class SimulatedRobot:
+class Plant:
     """What a controller sees of a plant: `read` what sensors show, `write` a torque.
 
     Seeded by the scenario: the same seed gives the same errors and faults.
@@ -42,7 +43,7 @@ class SimulatedRobot:
         except NameNotFoundError as error:
             raise at_path(error, "faults.silences") from None
         self.faults = FaultInjector(robot, _faults(scenario, robot), dt, scenario.seed + 1)
-        self._rows: dict[ContactStack, Array] = {}
+        self._held = HeldRows(contacts)
         self._reading: Reading | None = None
         self._applied: Array | None = None
         self._logs_applied = self.faults.faults != Faults()
@@ -61,11 +62,7 @@ class SimulatedRobot:
 
     def multipliers(self, reading: Reading, held: ContactStack) -> Array:
         """Return the multipliers (k,) of the contacts that hold from a reading of all."""
-        rows = self._rows.get(held)
-        if rows is None:
-            parts = [np.r_[self.contacts.rows[contact.name]] for contact in held.contacts]
-            rows = self._rows[held] = np.concatenate([np.zeros(0, dtype=int), *parts])
-        return reading.lam[rows]
+        return reading.lam[self._held.rows(held)]
 
     def write(self, tau: Array, state: PhysicsState, pushed: Array | None) -> PhysicsState:
         """Let the motors give a torque for one period, and `pushed` (nv,) act besides.

@@ -1,0 +1,192 @@
+"""What `equipoise plant` and `equipoise control` do: the two ends of a wire as programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from equipoise.errors import InputError
+from equipoise.estimation import EstimatingRobot
+from equipoise.remote.drive import RemoteRun
+from equipoise.remote.far_end import FarEnd, FarEndSettings
+from equipoise.remote.realtime import Ticker, claim_machine
+from equipoise.remote.truth import Truth
+from equipoise.robots import Robot
+from equipoise.scenarios import Scenario
+from equipoise.simulation.build.assemble import Controls, assemble_plant, starting_posture
+from equipoise.simulation.build.setup import build_setup
+from equipoise.simulation.simulated_robot import SimulatedRobot
+from equipoise.wire.client import UdpRobot
+from equipoise.wire.datagrams import LOCAL, PORT, Address, UdpSocket, own_side, resolved
+from equipoise.wire.interface import RobotInterface, RobotMode, RobotServer
+from equipoise.wire.model import WireModel
+from equipoise.wire.packets import Codec, Fault
+from equipoise.wire.server import UdpServer
+from equipoise.wire.unitree.dds import LOOPBACK, DdsEnd, DdsOptions
+from equipoise.wire.unitree.robot import UnitreeRobot
+from equipoise.wire.unitree.server import UnitreeServer, require_ticks
+
+Say = Callable[[str], None]
+WIRES = ("udp", "unitree")
+
+
+@dataclass(frozen=True)
+class WireOptions:
+    """Which wire, where, and whether the robot's time waits for commands.
+
+    Of unitree `host` is a network interface, this machine alone by default, and `port` the domain
+    of DDS.
+    """
+
+    wire: str = "udp"
+    host: str = LOCAL
+    port: int | None = None
+    lockstep: bool = True
+
+    def __post_init__(self) -> None:
+        if self.wire not in WIRES:
+            raise InputError(f"there is no wire {self.wire!r}", known=WIRES)
+
+    @property
+    def address(self) -> Address:
+        """Where the robot listens."""
+        return resolved(self.host), PORT if self.port is None else self.port
+
+    def connect(self, controls: Controls, model: WireModel) -> RobotInterface:
+        """Return the robot behind the wire, with what it does not measure estimated.
+
+        Raises: `InputError`.
+        """
+        if self.wire == "unitree":
+            return self._unitree(controls, model)
+        robot = self.address
+        socket = UdpSocket((own_side(robot[0]), 0), Codec(model).longest)
+        return UdpRobot(model, socket, robot)
+
+    def _unitree(self, controls: Controls, model: WireModel) -> RobotInterface:
+        setup, physics = controls.setup, controls.scenario.physics
+        require_ticks(controls.scenario.control.period)
+        dds = DdsEnd("rt/lowstate", "rt/lowcmd", self._dds())
+        return EstimatingRobot(
+            UnitreeRobot(setup.robot, model.rows, dds),
+            setup.robot,
+            setup.contacts,
+            setup.schedule,
+            rotor_inertia=physics.mujoco.armature if physics.engine == "mujoco" else 0.0,
+        )
+
+    def _dds(self) -> DdsOptions:
+        interface = LOOPBACK if self.host == LOCAL else self.host
+        return DdsOptions(self.port or 0, interface)
+
+    def serve(self, model: WireModel, robot: Robot, oldest: float) -> tuple[RobotServer, str]:
+        """Return the robot's end, and in words where it listens. Raises: `InputError`."""
+        if self.wire == "unitree":
+            dds = DdsEnd("rt/lowcmd", "rt/lowstate", self._dds())
+            return UnitreeServer(
+                robot, dds, oldest
+            ), f"speaks unitree_hg in domain {self.port or 0}"
+        socket = UdpSocket(self.address, Codec(model).longest)
+        host, port = socket.address
+        return UdpServer(model, socket, oldest), f"listens at {host} port {port}"
+
+
+def make_robot(scenario: Scenario) -> SimulatedRobot:
+    """Return the simulated robot of a scenario where it starts."""
+    setup = build_setup(scenario)
+    plant, tau = assemble_plant(scenario, setup, starting_posture(scenario, setup))
+    return SimulatedRobot(plant, scenario.control.period, tau)
+
+
+def control_robot(scenario: Scenario, options: WireOptions, say: Say) -> RemoteRun:
+    """Return a run whose robot was met, looked at and found good; nothing was commanded yet.
+
+    Raises: `RobotLostError`, `InputError`, `ScenarioError`.
+    """
+    run = RemoteRun(scenario, options.connect, lockstep=options.lockstep)
+    try:
+        for sentence in run.meet():
+            say(sentence)
+        if not options.lockstep:
+            for sentence in claim_machine():
+                say(sentence)
+    except BaseException:
+        run.close()
+        raise
+    return run
+
+
+def serve_plant(
+    scenario: Scenario, options: WireOptions, say: Say, truth: Path | None = None
+) -> FarEnd:
+    """Be the robot of a scenario until it was left and has come to rest; return how it ended.
+
+    Its true states are written to `truth`, if that is given. Ctrl-C ends it as it is.
+    Raises: `InputError`, `ScenarioError`.
+    """
+    robot = make_robot(scenario)
+    contacts, period = robot.plant.contacts, scenario.control.period
+    model = WireModel.of(robot.plant.robot, contacts, period, lockstep=options.lockstep)
+    settings, states = FarEndSettings(options.lockstep), Truth(robot)
+    if options.wire == "unitree":
+        require_ticks(period)
+    server, where = options.serve(model, robot.plant.robot, settings.oldest)
+    try:
+        far_end = FarEnd(robot, server, settings)
+        pace = "waits for every command" if options.lockstep else "runs in real time"
+        say(f"{robot.plant.robot.name} stands, {where}, and {pace}")
+        note = states.note if truth is not None else _note_nothing
+        if options.lockstep:
+            _serve_in_lockstep(far_end, note)
+        else:
+            _serve_in_time(far_end, period, say, note)
+        _report(far_end, say)
+    finally:
+        if truth is not None:
+            states.save(truth)
+        server.close()
+    return far_end
+
+
+def _note_nothing() -> None:
+    pass
+
+
+def _serve_in_lockstep(far_end: FarEnd, note: Callable[[], None]) -> None:
+    server = far_end.server
+    while not far_end.ended:
+        if not far_end.alone:
+            server.wait(server.now() + 0.02)
+        note()
+        far_end.tick()
+
+
+def _serve_in_time(far_end: FarEnd, period: float, say: Say, note: Callable[[], None]) -> None:
+    for sentence in claim_machine():
+        say(sentence)
+    ticker = Ticker(period)
+    while not far_end.ended:
+        ticker.wait()
+        note()
+        far_end.tick()
+    say(ticker.lateness.sentence(period))
+
+
+def _report(far_end: FarEnd, say: Say) -> None:
+    after = far_end.aftermath
+    say(far_end.cause)
+    said = {RobotMode.HELD: "It held itself", RobotMode.SUNK: "It let its weight down"}
+    say(
+        f"{said.get(after.ended, 'It stopped')}: it came down by {1e3 * after.lowered:.0f} mm, "
+        f"its base moved at {after.fastest_base:.2f} m/s at most, "
+        f"a joint at {after.fastest_joint:.2f} rad/s"
+    )
+    for sentence in told_of(far_end.server.dropped):
+        say(sentence)
+
+
+def told_of(dropped: Mapping[Fault, int]) -> Sequence[str]:
+    """Return in words which packets were dropped."""
+    words = ", ".join(f"{n} {fault.value}" for fault, n in dropped.items())
+    return [f"Packets dropped: {words}"] if words else []

@@ -1,0 +1,240 @@
+"""A run whose robot is behind a wire: the controller, and what is logged of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from time import monotonic, perf_counter_ns
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.errors import ScenarioError
+from equipoise.estimation import EstimatingRobot
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.physics import PhysicsState
+from equipoise.remote.pace import Clock, Due, Lockstep, Pace, RealTime, require_driven
+from equipoise.runlog import Channel, TickRecord
+from equipoise.scenarios import schema
+from equipoise.simulation.build.assemble import Controls, Prepared, assemble_controls
+from equipoise.simulation.controlled_run import ControlledRun
+from equipoise.simulation.held_rows import HeldRows
+from equipoise.simulation.recorder import Recorder
+from equipoise.spatial import Array
+from equipoise.wbc import WholeBodyCommand
+from equipoise.wire.interface import (
+    CommandMode,
+    RobotCommand,
+    RobotInterface,
+    RobotLostError,
+    RobotMode,
+    RobotState,
+)
+from equipoise.wire.model import WireModel
+
+MEETING = 20.0  # [s] that a robot is waited for
+NEAR = 0.05  # [rad, m] from the starting posture in which a robot may be met
+NO_PUSH = "a push of a person cannot be sent to this robot and was left out"
+
+Connect = Callable[[Controls, WireModel], RobotInterface]
+
+
+class RemoteRun(ControlledRun):
+    """Drives the robot that `connect` gives, through a scenario.
+
+    What is logged is what was measured: where a sensor says nothing, its last value. Contacts that
+    are pushed along cannot be followed, for nothing measures how far they have gone; nor can feet
+    that walk, for nothing tells the far end which of them carry.
+    Raises: `ScenarioError`, `PostureNotFoundError`.
+    """
+
+    def __init__(
+        self,
+        scenario: schema.Scenario,
+        connect: Connect,
+        *,
+        lockstep: bool,
+        prepared: Prepared | None = None,
+        clock: Clock = monotonic,
+    ) -> None:
+        if scenario.world.sliders:
+            raise ScenarioError(
+                "nothing measures how far a pushed object has gone: not across a wire",
+                path="world.sliders",
+                given=sorted(scenario.world.sliders),
+            )
+        if scenario.walk is not None:
+            raise ScenarioError(
+                "supports that come and go are not sent across a wire yet",
+                path="walk",
+                remedy="Take a scenario without walk, or equipoise run",
+            )
+        controls = assemble_controls(scenario, prepared)
+        super().__init__(controls, Recorder(controls, {}))
+        contacts = self.setup.contacts
+        model = WireModel.of(self.robot, contacts, self.dt, lockstep=lockstep)
+        self.link = connect(controls, model)
+        self._pace: Pace = (Lockstep if lockstep else RealTime)(self.link, self.dt, clock)
+        self._held = HeldRows(contacts)
+        self._kinematics = KinematicsEvaluator(self.robot)
+        self._first: RobotState | None = None
+        self._nothing = [np.full(n, np.nan) for n in (self.robot.nq, self.robot.nv, contacts.size)]
+        self._told: list[str] = []
+
+    @property
+    def robot_channels(self) -> list[Channel]:
+        """What is known of the wire."""
+        doc = "age of the measured state, NaN where none had come; from its arrival to the command"
+        found = [Channel("wire", ("age", "answer"), ("s", "s"), doc)]
+        if isinstance(self.link, EstimatingRobot):
+            doc = "standard deviations of the estimated base, by its filter"
+            labels, units = ("position", "velocity", "angle"), ("m", "m/s", "rad")
+            found.append(Channel("estimate", labels, units, doc))
+        return found
+
+    @property
+    def story(self) -> tuple[str, ...]:
+        """What a person changed, what the supervisor did and what was lost, in sentences."""
+        lost = []
+        if isinstance(self._pace, RealTime) and (self._pace.missed or self._pace.skipped):
+            lost.append(
+                f"{self._pace.missed} ticks had no state in time, {self._pace.skipped} were skipped"
+            )
+        return (*super().story, *self._told, *lost)
+
+    def meet(self) -> list[str]:
+        """Wait for the robot and look at it, commanding nothing; return what was found, in words.
+
+        Raises: `RobotLostError` if there is none, or if it cannot begin here.
+        """
+        state = self._first = self.link.read(MEETING)
+        if state is None:
+            raise RobotLostError(
+                f"No robot was heard within {MEETING:g} s. Start it first: equipoise plant"
+            )
+        require_driven(state)
+        if state.mode is not RobotMode.WAITING:
+            raise RobotLostError(
+                "The robot is driven already; it can only be begun where it starts."
+            )
+        silent = [name for name, age in state.ages.items() if age > 0.0]
+        if silent:
+            raise RobotLostError(f"The robot does not measure: {', '.join(silent)}.")
+        far = np.abs(pin.difference(self.robot.model, self.controls.q_start, state.q))
+        worst = int(np.argmax(far))
+        if not far[worst] <= NEAR:
+            name = self.robot.velocity_names[worst]
+            raise RobotLostError(
+                f"The robot is not where the scenario starts: {name} is off by {far[worst]:.3f}."
+            )
+        name = self.robot.velocity_names[worst]
+        return [
+            f"{self.robot.name} is heard and waits; names, limits, contacts and period agree",
+            f"it stands where it should, {1e3 * far[worst]:.2g} mm or mrad off at most ({name})",
+        ]
+
+    def close(self) -> None:
+        """Let go of the robot, which then holds its posture by itself."""
+        self.link.close()
+
+    def ticks(self, record: TickRecord | None = None) -> Iterator[tuple[float, TickRecord]]:
+        """Run; yield time and record of each tick. `lam` acts during the tick.
+
+        Raises: `RobotLostError`, `StopRequested`.
+        """
+        record = record or TickRecord(self.channels)
+        self.recorder.write_into(record)
+        try:
+            if self._first is None:
+                self.meet()
+            assert self._first is not None
+            if self.scenario.control.start == "standing":
+                self.controller.take_over(self._first.tau)
+            if isinstance(self._pace, RealTime):
+                self._warm_up(self._first)
+            yield from self._drive(Due(0, self._first), record)
+        finally:
+            self.close()
+
+    def _drive(self, due: Due, record: TickRecord) -> Iterator[tuple[float, TickRecord]]:
+        assert due.state is not None
+        seen, heard = self._seen(due.state, None), due.state.t
+        while due.tick < self.steps:
+            k, t, arrived = due.tick, due.tick * self.dt, perf_counter_ns()
+            self._ask(t, seen)
+            command = self._command(t, due.state)
+            answer = RobotCommand(heard, CommandMode.TORQUE, command.tau)
+            self.link.write(answer)
+            answered = perf_counter_ns()
+            record["wire"][:] = (
+                t - heard if due.state is not None else np.nan, 1e-9 * (answered - arrived)
+            )  # fmt: skip
+            if isinstance(self.link, EstimatingRobot):
+                record["estimate"][:] = self.link.base.spread
+            due = self._pace.next(k, answer)
+            after = seen
+            if due.state is not None:
+                after, heard = self._seen(due.state, seen), due.state.t
+            self.tick_ns[k] = answered - arrived, perf_counter_ns() - answered
+            yield self._recorded(t, seen, command, after, record)
+            for skipped in range(k + 1, min(due.tick, self.steps)):
+                t = skipped * self.dt
+                command = self.controller.hold(t, command)
+                record["wire"][:] = np.nan
+                yield self._recorded(t, seen, command, after, record)
+            seen = after
+
+    def _warm_up(self, state: RobotState) -> None:
+        """Go through all that a tick may need, so that no kernel is loaded while time runs."""
+        controller, changes = self.controller, self.controller.supervisor.changes
+        memory, told = controller.state(), len(changes)
+        seen = self._seen(state, None)
+        for _ in range(3):
+            command = self._command(0.0, state)
+            self.recorder.write(0.0, seen, command, seen)
+            command = controller.hold(0.0, command)
+        for t in np.linspace(0.0, 2.0 * controller.supervisor.limits.patience, 5):
+            self._command(float(t), None)
+        controller.restore(memory)
+        del changes[told:]
+
+    def _command(self, t: float, state: RobotState | None) -> WholeBodyCommand:
+        """Return the command at time `t` [s], on a state or on nothing."""
+        q, v, lam = (state.q, state.v, state.lam) if state is not None else self._nothing
+        held = self._held.rows(self.setup.schedule.at(t))
+        return self.controller.step(t, q, v, lam[held])
+
+    def _ask(self, t: float, seen: PhysicsState) -> None:
+        if self.operator_port is not None:
+            pushed = self.operator_port.before_tick(t, seen)
+            if pushed is not None and NO_PUSH not in self._told:
+                self._told.append(NO_PUSH)
+
+    def _seen(self, state: RobotState, before: PhysicsState | None) -> PhysicsState:
+        """Return a state for the log: what is missing is as it was."""
+        parts = state.q, state.v, state.lam
+        if before is not None:
+            last = before.q, before.v, before.lam
+            parts = tuple(
+                np.where(np.isfinite(new), new, old) for new, old in zip(parts, last, strict=True)
+            )  # type: ignore[assignment]
+        q, v, lam = parts
+        return PhysicsState(state.t, q, v, lam, self._violation(state.t, q))
+
+    def _violation(self, t: float, q: Array) -> float:
+        """Return how far a supporting contact has moved, by what is measured."""
+        kin = self._kinematics.at(q, None, t)
+        held = [c for c in self.setup.schedule.at(t).contacts if c.supporting]
+        return max((float(np.abs(c.residual(kin)).max()) for c in held), default=0.0)
+
+    def _recorded(
+        self,
+        t: float,
+        seen: PhysicsState,
+        command: WholeBodyCommand,
+        after: PhysicsState,
+        record: TickRecord,
+    ) -> tuple[float, TickRecord]:
+        self.recorder.write(t, seen, command, after)
+        if self.operator_port is not None:
+            self.operator_port.after_tick(t, record)
+        return t, record

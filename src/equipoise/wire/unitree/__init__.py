@@ -1,0 +1,1 @@
+"""Robots of Unitree that speak `unitree_hg`: topics `rt/lowstate` and `rt/lowcmd` over DDS."""

@@ -1,0 +1,158 @@
+"""Contact forces by the observer, and a robot that is driven on estimates alone."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from equipoise.estimation import EstimatingRobot, WrenchObserver
+from equipoise.remote.drive import RemoteRun
+from equipoise.scenarios import read_scenario
+from equipoise.simulation.build.assemble import (
+    Prepared,
+    assemble_controls,
+    assemble_plant,
+    starting_posture,
+)
+from equipoise.simulation.build.setup import build_setup
+from equipoise.simulation.simulated_robot import SimulatedRobot
+from equipoise.wire.interface import CommandMode, RobotCommand
+
+
+@cache
+def prepared() -> Prepared:
+    scenario = read_scenario("press", ["duration=0.3"])
+    setup = build_setup(scenario)
+    return Prepared(setup.robot, starting_posture(scenario, setup))
+
+
+class Blind:
+    """A simulated robot without a sensor of its base and of its contacts, as those of Unitree."""
+
+    def __init__(self, robot: SimulatedRobot) -> None:
+        self.robot, self.write, self.close = robot, robot.write, robot.close
+
+    def read(self, timeout: float):
+        self.true = state = self.robot.read(timeout)
+        q, v = state.q.copy(), state.v.copy()
+        q[:7], v[:6] = np.nan, np.nan
+        return state._replace(q=q, v=v, lam=np.full_like(state.lam, np.nan))
+
+
+def driven(*changes: str, blind: bool = True):
+    """Drive the press; yield estimate, truth and controller of every tick."""
+    scenario = read_scenario("press", ["duration=0.3", *changes])
+    controls = assemble_controls(scenario, prepared())
+    setup, controller = controls.setup, controls.controller
+    plant, tau = assemble_plant(scenario, setup, controls.q_start)
+    robot = SimulatedRobot(plant, scenario.control.period, tau)
+    behind = Blind(robot)
+    seen = EstimatingRobot(behind, setup.robot, setup.contacts, setup.schedule)
+    controller.take_over(tau)
+    for k in range(round(scenario.duration / scenario.control.period)):
+        t = k * scenario.control.period
+        state = seen.read(0.0)
+        used = state if blind else behind.true
+        command = controller.step(t, used.q, used.v, used.lam)
+        yield state, behind.true, controller
+        robot.write(RobotCommand(t, CommandMode.TORQUE, np.array(command.tau)))
+
+
+def test_a_standing_robot_is_carried_by_what_the_observer_says():
+    """At rest the generalised force is gravity less torque: no model of contacts is needed."""
+    scenario = read_scenario("press", ["duration=0.3"])
+    setup = build_setup(scenario, prepared().robot)
+    plant, tau = assemble_plant(scenario, setup, prepared().q_start)
+    state = plant.engine.state
+    observer = WrenchObserver(setup.robot, 0.004)
+    force = observer.step(0.0, state.q, state.v, tau)
+    kin = setup.robot.at(state.q)
+    np.testing.assert_allclose(setup.contacts.jacobian(kin).T @ state.lam, force, atol=1e-6)
+    lam = observer.multipliers(setup.contacts, state.q, state.v, 0.0)
+    np.testing.assert_allclose(lam, state.lam, atol=1e-5)
+
+
+@pytest.mark.parametrize("filter_time", [0.004, 0.008])
+def test_the_observer_is_a_low_pass_of_the_forces(filter_time):
+    """Compared on true states with the same low-pass of the multipliers that the engine gave."""
+    observer, slow, errors, sizes = None, None, [], []
+    for _, true, controller in driven(blind=False):
+        contacts = controller.schedule.at(0.0)
+        J = contacts.jacobian(controller.robot.at(true.q))
+        if observer is None:
+            observer = WrenchObserver(controller.robot, filter_time)
+            force = observer.step(0.0, true.q, true.v, true.tau)
+            slow = force.copy()
+            continue
+        force = observer.step(1e-3, true.q, true.v, true.tau)
+        slow += (J.T @ true.lam - slow) * 1e-3 / (filter_time + 1e-3)
+        errors.append(np.linalg.norm(force - slow))
+        sizes.append(np.linalg.norm(J.T @ true.lam))
+    assert max(errors[20:]) < 0.01 * max(sizes)
+
+
+def test_a_robot_is_driven_on_estimates():
+    modes, apart, fast = set(), [], []
+    for state, true, controller in driven():
+        modes.add(controller.supervisor.mode.name)
+        apart.append(pin.difference(controller.robot.model, true.q, state.q)[:6])
+        fast.append(state.v[:6] - true.v[:6])
+    assert modes == {"RUN"}
+    assert np.abs(apart).max() < 1e-4
+    assert np.abs(fast).max() < 5e-3
+
+
+def test_a_run_logs_how_sure_the_estimate_is():
+    scenario = read_scenario("press", ["duration=0.05"])
+
+    def connect(controls, model):
+        setup = controls.setup
+        plant, tau = assemble_plant(scenario, setup, controls.q_start)
+        behind = Blind(SimulatedRobot(plant, scenario.control.period, tau))
+        return EstimatingRobot(behind, setup.robot, setup.contacts, setup.schedule)
+
+    run = RemoteRun(scenario, connect, lockstep=True, prepared=prepared())
+    spreads = np.array([record["estimate"].copy() for _, record in run.ticks()])
+    assert len(spreads) == 50
+    assert (spreads > 0.0).all()
+    assert (spreads[:, 0] < 0.01).all()
+
+
+def test_sensors_that_err_are_borne():
+    noise = (
+        "sensors={joint_position: {noise: 2.0e-5, bias: 2.0e-4}, joint_velocity: {noise: 1.0e-3},"
+        " base_rate: {noise: 2.0e-3, bias: 1.0e-2}}"
+    )
+    apart = []
+    for state, _, controller in driven(noise):
+        apart.append(pin.difference(controller.robot.model, prepared().q_start, state.q)[:6])
+        assert controller.supervisor.mode.name == "RUN"
+    assert np.abs(apart).max() < 0.02
+
+
+def test_the_same_moment_twice_is_counted_once():
+    scenario = read_scenario("press", ["duration=0.3"])
+    setup = build_setup(scenario, prepared().robot)
+    plant, tau = assemble_plant(scenario, setup, prepared().q_start)
+    behind = Blind(SimulatedRobot(plant, 1e-3, tau))
+    once = behind.read(0.0)
+    behind.read = lambda timeout: once
+    robot = EstimatingRobot(behind, setup.robot, setup.contacts, setup.schedule)
+    first, variance = robot.read(0.0), robot.base.variance.copy()
+    second = robot.read(0.0)
+    np.testing.assert_array_equal(first.q, second.q)
+    np.testing.assert_array_equal(first.lam, second.lam)
+    np.testing.assert_array_equal(variance, robot.base.variance)
+
+
+def test_rows_of_contacts_are_those_of_the_stack():
+    from equipoise.estimation.wrench_observer import _rows_of
+
+    scenario = read_scenario("press", ["duration=0.3"])
+    setup = build_setup(scenario, prepared().robot)
+    kin = setup.robot.at(prepared().q_start)
+    rows = np.vstack([_rows_of(contact, kin) for contact in setup.contacts.contacts])
+    np.testing.assert_allclose(rows, setup.contacts.jacobian(kin), atol=1e-12)

@@ -188,16 +188,24 @@ def figures(run_folders: tuple[Path, ...], to: Path) -> None:
 
 @cli.command()
 @click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
-@click.option("--format", "kind", type=click.Choice(["npz", "csv"]), default="npz")
-@click.option("--to", type=click.Path(path_type=Path), help="File to write [RUN/run.npz].")
+@click.option(
+    "--format",
+    "kind",
+    type=click.Choice(["npz", "csv", "parquet", "rrd", "mcap"]),
+    default="npz",
+    show_default=True,
+)
+@click.option("--to", type=click.Path(path_type=Path), help="File to write [RUN/run.FORMAT].")
 def export(run_folder: Path, kind: str, to: Path | None) -> None:
-    """Write the arrays of RUN as npz or csv."""
-    from equipoise.runlog import export_csv, export_npz, load_run
+    """Write what RUN logged for other programs.
 
-    loaded = load_run(run_folder)
-    _tell_note(loaded.note)
-    path = to if to is not None else loaded.folder / f"run.{kind}"
-    (export_npz if kind == "npz" else export_csv)(loaded, path)
+    npz, csv and parquet hold the arrays; rrd is for Rerun; mcap adds to the log (or, with --to, to
+    a copy) what Foxglove draws. A run that draws figures has done the latter already.
+    """
+    from equipoise.analysis.export_run import export_run
+
+    path, note = export_run(run_folder, kind, to)
+    _tell_note(note)
     click.echo(path)
 
 

@@ -25,6 +25,8 @@ from equipoise.runlog.field_names import field_names
 
 PACKAGE = "equipoise"
 MESSAGE = "Tick"
+MAGIC = b"\x89MCAP0\r\n"  # with which an MCAP file begins and ends
+TOPIC = "/tick"
 CHANNEL_ID = 1
 OPCODE_MESSAGE = 0x05
 FIRST_FIELD = 2

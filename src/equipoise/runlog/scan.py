@@ -19,8 +19,7 @@ from mcap.records import Channel, Chunk, Metadata, Statistics
 from mcap.stream_reader import CRCValidationError, get_chunk_data_stream
 
 from equipoise.errors import RunLogError
-from equipoise.runlog.layout import CHANNEL_ID
-from equipoise.runlog.mcapfile import MAGIC, TOPIC
+from equipoise.runlog.layout import CHANNEL_ID, MAGIC, TOPIC
 
 _HEAD = struct.Struct("<BQ")  # opcode and length of a record
 _TIMES = struct.Struct("<QQ")  # how a chunk begins: time of its first and last message [ns]

@@ -104,7 +104,9 @@ class LongLog:
         return Tick(float(tick["t"][0]), values)
 
     def _arrays(self, records: np.ndarray) -> dict[str, np.ndarray]:
-        return {name: self._layout.values(records, i).copy() for i, name in enumerate(self.run.channels)}
+        return {
+            name: self._layout.values(records, i).copy() for i, name in enumerate(self.run.channels)
+        }
 
     def _first_intact(self, direction: int) -> np.ndarray:
         if not self._chunks:

@@ -20,11 +20,16 @@ _STICK_RGB = (0.72, 0.74, 0.77)
 
 @dataclass(frozen=True)
 class Part:
-    """A mesh in the axes of a joint, and its colour (3,) in 0..1."""
+    """A mesh in the axes of a joint, and its colour (3,) in 0..1.
+
+    `shape` is what it was made of and `placement` where that stands in the joint's axes.
+    """
 
     joint: int
     mesh: Mesh
     rgb: Array
+    shape: coal.CollisionGeometry | None = None
+    placement: pin.SE3 | None = None
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,7 @@ class SceneMeshes:
     def __init__(self, scene: Scene) -> None:
         self.model = scene.robot.model
         self._data = self.model.createData()
-        self.parts = tuple([*_robot_parts(scene), *_world_parts(scene)])
+        self.parts = tuple([*robot_parts(scene), *_world_parts(scene)])
         self.moving = np.array([part.joint > 0 for part in self.parts])
 
     def at(self, q: Array) -> Picture:
@@ -69,7 +74,8 @@ class SceneMeshes:
         return Picture(joined, part, np.array([p.rgb for p in self.parts]).reshape(-1, 3))
 
 
-def _robot_parts(scene: Scene) -> list[Part]:
+def robot_parts(scene: Scene) -> list[Part]:
+    """Return what the robot of a scene looks like."""
     robot = scene.robot
     shapes = list(robot.visual_model.geometryObjects) or robot.collision_model.geometryObjects
     parts = _parts(shapes) or _sticks(robot.model)
@@ -110,5 +116,6 @@ def _parts(shapes: list[pin.GeometryObject]) -> list[Part]:
         mesh = tessellate(shape.geometry)
         if mesh is not None and len(mesh.triangles):
             rgb = np.clip(np.asarray(shape.meshColor, dtype=float)[:3], 0.0, 1.0)
-            parts.append(Part(shape.parentJoint, mesh.moved(shape.placement), rgb))
+            moved = mesh.moved(shape.placement)
+            parts.append(Part(shape.parentJoint, moved, rgb, shape.geometry, shape.placement))
     return parts

@@ -79,7 +79,7 @@ class _Pictures:
     def _scene(self, t: int) -> SceneUpdate:
         """Return what there is to see, each shape in the axes of what carries it; sent once."""
         update, entities = SceneUpdate(), {}
-        for part in robot_parts(self._setup.scene):
+        for part in robot_parts(self._robot):
             frame = self._frames[part.joint]
             if frame not in entities:
                 entities[frame] = _entity(update, f"robot/{frame}", frame, t)

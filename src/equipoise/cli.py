@@ -369,30 +369,32 @@ def bench(
 
 
 @cli.command()
-@click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
+@click.argument(
+    "run_folders", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
 @click.option("--to", type=click.Path(path_type=Path), help="File to write [RUN/video.mp4].")
+@click.option("--camera", default="quarter", show_default=True, metavar="NAME",
+              help="quarter, front, side, hands or follow.")  # fmt: skip
+@click.option("--size", default="960x540", show_default=True, metavar="WxH", help="Pixels of each.")
+@click.option("--speed", type=float, default=1.0, show_default=True, help="2: twice as fast.")
 @click.option("--fps", type=click.IntRange(1, 120), default=25, show_default=True)
-def render(run_folder: Path, to: Path | None, fps: int) -> None:
-    """Make an MP4 video of RUN, without a display.
+@click.option("--arrows/--no-arrows", default=True, help="Forces, wanted ones beside them.")
+@click.option("--captions/--no-captions", default=True)
+@click.option("--still", type=float, metavar="T", help="One picture at T [s], as PNG, instead.")
+def render(run_folders: tuple[Path, ...], to: Path | None, size: str, **asked: Any) -> None:
+    """Make an MP4 film of RUN, or of several side by side, without a display.
 
-    Where that cannot be done, a strip of pictures is drawn instead, and the reason is told.
+    Example: equipoise render runs/latest --camera hands --speed 0.5
     """
-    from equipoise.analysis.rendering.video import NoVideoError, write_video
+    from equipoise.analysis.render_run import render_runs
     from equipoise.console import Progress
     from equipoise.runlog import load_run
 
-    loaded = load_run(run_folder)
-    _tell_note(loaded.note)
-    path = to if to is not None else loaded.folder / "video.mp4"
-    try:
-        with Progress() as progress:
-            click.echo(write_video(loaded, path, fps=fps, report=lambda x: progress("drawing", x)))
-    except NoVideoError as error:
-        from equipoise.analysis.figures.snapshots import snapshot_strip
-        from equipoise.analysis.figures.style import save
-
-        click.echo(f"No video: {error}. A strip of pictures instead:", err=True)
-        click.echo(save(snapshot_strip(loaded), path.with_suffix(".png")))
+    loaded = [load_run(folder) for folder in run_folders]
+    for one in loaded:
+        _tell_note(one.note)
+    with Progress() as progress:
+        click.echo(render_runs(loaded, to, size, asked, lambda share: progress("drawing", share)))
 
 
 @cli.command()

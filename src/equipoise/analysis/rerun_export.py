@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from equipoise.analysis.rendering.scene_meshes import Part, SceneMeshes
+from equipoise.analysis.rendering.part import Part
+from equipoise.analysis.rendering.scene_meshes import SceneMeshes
 from equipoise.analysis.run_context import RunContext
 from equipoise.errors import InputError, RunLogError
 from equipoise.runlog import Run
@@ -58,7 +59,7 @@ def _send_numbers(rerun: ModuleType, recording: Any, run: Run) -> None:
 def _send_pictures(rerun: ModuleType, recording: Any, context: RunContext) -> None:
     """Send the shapes once, each under the joint that carries it, and where the joints are."""
     run, scene = context.run, context.setup.scene
-    meshes = SceneMeshes(scene)
+    meshes = SceneMeshes(scene, frozenset(context.setup.sliders))
     by_joint: dict[int, list[Part]] = defaultdict(list)
     for part in meshes.parts:
         by_joint[part.joint].append(part)

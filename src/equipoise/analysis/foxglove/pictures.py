@@ -17,17 +17,17 @@ from equipoise.analysis.foxglove.messages import (
     stamp,
     topic,
 )
+from equipoise.analysis.rendering.body_poses import body_pose, carrier_of
 from equipoise.analysis.rendering.force_arrows import ForceArrows
 from equipoise.analysis.rendering.scene_meshes import robot_parts
+from equipoise.analysis.rendering.stands import stands
 from equipoise.analysis.run_context import RunContext
-from equipoise.collision.scene import Body
 from equipoise.errors import InputError
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
 from equipoise.runlog import Run
 from equipoise.runlog.packing import nanoseconds
 from equipoise.runlog.topics import Topic
-from equipoise.simulation.build.setup import Setup
-from equipoise.spatial import POSE_SIZE, Array, Indices
+from equipoise.spatial import Array, Indices
 
 RATE = 30.0  # [1/s] pictures
 TRANSFORMS, SCENE, JOINTS, FORCES = "/tf", "/scene", "/joint_states", "/forces"
@@ -87,9 +87,14 @@ class _Pictures:
             if not (known and add_shape(entities[frame], part.shape, part.placement, part.rgb)):
                 add_mesh(entities[frame], part.mesh, part.rgb)
         scene = self._setup.scene
+        posts = stands(scene, frozenset(self._setup.sliders))
+        if posts:
+            entity = _entity(update, "world/stands", WORLD, t)
+            for part in posts:
+                add_mesh(entity, part.mesh, part.rgb)
         for body in self._setup.scene.bodies:
             entity = _entity(update, f"world/{body.name}", body.name, t)
-            _, T_joint_body = _carrier(self._setup, body)
+            _, T_joint_body = carrier_of(self._setup, body)
             for index in scene.shapes_of(body.name):
                 shape = scene.geometry.geometryObjects[index]
                 rgb = np.clip(np.asarray(shape.meshColor, dtype=float)[:3], 0.0, 1.0)
@@ -98,22 +103,13 @@ class _Pictures:
 
     def _transforms(self, kin: Kinematics, k: int, t: int) -> FrameTransforms:
         message = FrameTransforms()
+        values = {name: array[k] for name, array in self._run.arrays.items()}
         for joint, name in self._frames.items():
             _add_transform(message, name, kin.pin_data.oMi[joint], t)
         for body in self._setup.scene.bodies:
-            _add_transform(message, body.name, self._body_pose(body, kin, k), t)
+            T = body_pose(self._setup, body, kin, values)
+            _add_transform(message, body.name, T, t)
         return message
-
-    def _body_pose(self, body: Body, kin: Kinematics, k: int) -> pin.SE3:
-        run, name = self._run, body.name
-        if f"object/{name}" in run and np.isfinite(run[f"object/{name}"][k, :POSE_SIZE]).all():
-            return pin.XYZQUATToSE3(run[f"object/{name}"][k, :POSE_SIZE])
-        joint, T_joint_body = _carrier(self._setup, body)
-        T = kin.pin_data.oMi[joint] * T_joint_body
-        if f"slider/{name}" in run and np.isfinite(run[f"slider/{name}"][k, 0]):
-            travel = float(run[f"slider/{name}"][k, 0])
-            T = pin.SE3(T.rotation, T.translation + travel * self._setup.sliders[name])
-        return T
 
     def _joints(self, k: int, t: int) -> JointStates:
         message, run, robot = JointStates(), self._run, self._robot
@@ -156,14 +152,6 @@ def _link_names(model: pin.Model) -> dict[int, str]:
     for joint in range(1, model.njoints):
         names.setdefault(joint, model.names[joint])
     return names
-
-
-def _carrier(setup: Setup, body: Body) -> tuple[int, pin.SE3]:
-    """Return the joint that carries a body, and the body's axes in that joint's."""
-    if body.frame is None:
-        return 0, body.T_parent_body
-    frame = setup.robot.model.frames[setup.robot.frame_id(body.frame)]
-    return frame.parentJoint, frame.placement * body.T_parent_body
 
 
 def _entity(update: SceneUpdate, name: str, frame: str, t: int) -> SceneEntity:

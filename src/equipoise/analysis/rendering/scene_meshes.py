@@ -12,6 +12,7 @@ import pinocchio as pin
 from equipoise.analysis.rendering.looks.robot_looks import MOST_TRIANGLES, looks_of
 from equipoise.analysis.rendering.looks.simplify import simplified
 from equipoise.analysis.rendering.part import Part
+from equipoise.analysis.rendering.stands import stands
 from equipoise.analysis.rendering.tessellation import Mesh, tessellate
 from equipoise.collision.scene import Scene
 from equipoise.robots import Robot
@@ -39,31 +40,38 @@ class SceneMeshes:
     HRP-2 has shells of our own, other named robots the meshes beside their URDFs. A robot without
     visual shapes is drawn by its collision shapes, one without these by sticks from joint to joint.
     Where a robot of simple shapes has a camera, a dark ball stands for its lens, for the eye alone.
+    Fixed bodies that would hang in the air stand on posts, but for those that are `moving`.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, moving: frozenset[str] = frozenset()) -> None:
         self.model = scene.robot.model
         self._data = self.model.createData()
-        self.parts = tuple([*robot_parts(scene.robot), *_world_parts(scene)])
+        self.parts = tuple([*robot_parts(scene.robot), *_world_parts(scene, moving)])
         self.moving = np.array([part.joint > 0 for part in self.parts])
 
     def at(self, q: Array) -> Picture:
         """Return the triangles in world coordinates at a configuration `q` (nq,)."""
         pin.forwardKinematics(self.model, self._data, np.array(q, dtype=float))
-        placed = [part.mesh.moved(self._data.oMi[part.joint]) for part in self.parts]
-        starts = np.cumsum([0, *(len(mesh.vertices) for mesh in placed)])
-        joined = Mesh(
-            np.vstack([np.empty((0, 3)), *(mesh.vertices for mesh in placed)]),
-            np.vstack([np.empty((0, 3)), *(mesh.normals for mesh in placed)]),
-            np.vstack(
-                [
-                    np.empty((0, 3), dtype=int),
-                    *(mesh.triangles + start for mesh, start in zip(placed, starts, strict=False)),
-                ]
-            ),
-        )
-        part = np.repeat(np.arange(len(placed)), [len(mesh.triangles) for mesh in placed])
-        return Picture(joined, part, np.array([p.rgb for p in self.parts]).reshape(-1, 3))
+        placed = [(part.mesh.moved(self._data.oMi[part.joint]), part.rgb) for part in self.parts]
+        return join_parts(placed)
+
+
+def join_parts(placed: Sequence[tuple[Mesh, Array]]) -> Picture:
+    """Return the picture of meshes in the world, each with its colour (3,)."""
+    meshes = [mesh for mesh, _ in placed]
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    joined = Mesh(
+        np.vstack([np.empty((0, 3)), *(mesh.vertices for mesh in meshes)]),
+        np.vstack([np.empty((0, 3)), *(mesh.normals for mesh in meshes)]),
+        np.vstack(
+            [
+                np.empty((0, 3), dtype=int),
+                *(mesh.triangles + start for mesh, start in zip(meshes, starts, strict=False)),
+            ]
+        ),
+    )
+    part = np.repeat(np.arange(len(meshes)), [len(mesh.triangles) for mesh in meshes])
+    return Picture(joined, part, np.array([rgb for _, rgb in placed]).reshape(-1, 3))
 
 
 def robot_parts(robot: Robot) -> list[Part]:
@@ -72,7 +80,7 @@ def robot_parts(robot: Robot) -> list[Part]:
     if parts:
         return parts
     visual = list(robot.visual_model.geometryObjects)
-    parts = _parts(visual) or collision_parts(robot) or _sticks(robot.model)
+    parts = shape_parts(visual) or collision_parts(robot) or _sticks(robot.model)
     lens = tessellate(coal.Sphere(_LENS_RADIUS))
     if robot.camera is not None and lens is not None:
         frame = robot.model.frames[robot.frame_id(robot.camera)]
@@ -82,7 +90,7 @@ def robot_parts(robot: Robot) -> list[Part]:
 
 def collision_parts(robot: Robot) -> list[Part]:
     """Return the shapes that a robot's distances are measured with."""
-    return _parts(robot.collision_model.geometryObjects)
+    return shape_parts(robot.collision_model.geometryObjects)
 
 
 def _sticks(model: pin.Model) -> list[Part]:
@@ -104,12 +112,14 @@ def _sticks(model: pin.Model) -> list[Part]:
     return parts
 
 
-def _world_parts(scene: Scene) -> list[Part]:
+def _world_parts(scene: Scene, moving: frozenset[str]) -> list[Part]:
     shapes = scene.geometry.geometryObjects
-    return _parts([shapes[i] for body in scene.bodies for i in scene.shapes_of(body.name)])
+    seen = [shapes[i] for body in scene.bodies for i in scene.shapes_of(body.name)]
+    return [*shape_parts(seen), *stands(scene, moving)]
 
 
-def _parts(shapes: Sequence[pin.GeometryObject]) -> list[Part]:
+def shape_parts(shapes: Sequence[pin.GeometryObject]) -> list[Part]:
+    """Return the parts of shapes in the axes of their joints."""
     parts = []
     for shape, mesh in zip(shapes, _meshes(shapes), strict=True):
         if mesh is not None and len(mesh.triangles):

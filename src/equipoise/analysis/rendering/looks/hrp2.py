@@ -43,12 +43,13 @@ def _trunk() -> list[Shell]:
             (0.200, 0.072, 0.146, -0.162, 0.0), (0.258, 0.058, 0.126, -0.156, 0.0)]  # fmt: skip
     plate = [(0.058, 0.118, 0.100, 0.010, 0.0), (0.110, 0.130, 0.128, 0.002, 0.0),
              (0.170, 0.130, 0.140, -0.008, 0.0), (0.205, 0.120, 0.138, -0.014, 0.0)]  # fmt: skip
+    turn = [(-0.05, 0.070, 0.076, -0.02, 0.0), (0.04, 0.070, 0.076, -0.02, 0.0)]
     collar = [(0.262, 0.070, 0.092, -0.022, 0.0), (0.298, 0.056, 0.064, -0.012, 0.0)]
     return [
         ("BODY", loft("z", hips, exponent=5.5, rounding=0.014), BLUE),
         ("BODY", loft("z", belt, exponent=4.0, rounding=0.006), WHITE),
         ("BODY", loft("z", waist, rounding=0.01), JOINT),
-        ("CHEST_LINK0", loft("z", [(-0.05, 0.070, 0.076, -0.02, 0.0), (0.04, 0.070, 0.076, -0.02, 0.0)]), JOINT),
+        ("CHEST_LINK0", loft("z", turn), JOINT),
         ("CHEST_LINK1", loft("z", chest, exponent=4.2, rounding=0.042), WHITE),
         ("CHEST_LINK1", loft("z", pack, exponent=5.0, rounding=0.012), BLUE),
         ("CHEST_LINK1", loft("z", plate, exponent=4.2, rounding=0.001, arc=(-0.62, 0.62)), BLUE),
@@ -62,7 +63,7 @@ def _head() -> list[Shell]:
     neck = [(-0.05, 0.046, 0.046, -0.004, 0.0), (0.03, 0.050, 0.050, -0.004, 0.0)]
     found: list[Shell] = [
         ("HEAD_LINK0", loft("z", neck, exponent=2.0), JOINT),
-        ("HEAD_LINK1", loft("z", HEAD, exponent=2.7, rounding=0.052), WHITE),
+        ("HEAD_LINK1", loft("z", HEAD, exponent=2.7, rounding=(0.01, 0.052)), WHITE),
         ("HEAD_LINK1", loft("z", visor, exponent=2.7, rounding=0.001, arc=(-1.15, 1.15)), GLASS),
     ]
     cap = [(0.078, 0.040, 0.040, -0.012, 0.115), (0.112, 0.036, 0.036, -0.012, 0.115)]
@@ -80,7 +81,9 @@ def _arm() -> list[Shell]:
     shoulder = [(-0.055, 0.058, 0.058, 0.000, 0.004), (0.000, 0.070, 0.070, 0.000, 0.004),
                 (0.050, 0.058, 0.058, 0.000, 0.004)]  # fmt: skip
     upper = [(-0.262, 0.040, 0.040, -0.004, 0.006), (-0.200, 0.046, 0.044, -0.005, 0.008),
-             (-0.110, 0.052, 0.050, -0.006, 0.008), (-0.040, 0.048, 0.046, -0.004, 0.006)]  # fmt: skip
+             (-0.110, 0.052, 0.050, -0.006, 0.008),
+             (-0.040, 0.048, 0.046, -0.004, 0.006)]  # fmt: skip
+    across = [(-0.04, 0.044, 0.044, 0.01, 0.0), (0.03, 0.044, 0.044, 0.01, 0.0)]
     elbow = [(-0.040, 0.043, 0.043, 0.000, 0.000), (0.052, 0.043, 0.043, 0.000, 0.000)]
     below = [(-0.165, 0.039, 0.039, 0.000, 0.006), (-0.090, 0.044, 0.043, 0.000, 0.010),
              (-0.010, 0.040, 0.040, 0.000, 0.008)]  # fmt: skip
@@ -90,7 +93,7 @@ def _arm() -> list[Shell]:
             (-0.010, 0.030, 0.030, 0.002, 0.000)]  # fmt: skip
     found: list[Shell] = [
         ("LARM_LINK0", loft("y", shoulder, exponent=2.0, rounding=0.03), BLUE),
-        ("LARM_LINK1", loft("x", [(-0.04, 0.044, 0.044, 0.01, 0.0), (0.03, 0.044, 0.044, 0.01, 0.0)], exponent=2.0), JOINT),
+        ("LARM_LINK1", loft("x", across, exponent=2.0), JOINT),
         ("LARM_LINK2", loft("z", upper, rounding=0.025), WHITE),
         ("LARM_LINK3", loft("y", elbow, exponent=2.0, rounding=0.012), JOINT),
         ("LARM_LINK3", loft("z", below, rounding=0.02), BLUE),
@@ -122,8 +125,9 @@ def _leg() -> list[Shell]:
              (0.015, 0.060, 0.046, 0.010, -0.050), (0.075, 0.062, 0.028, 0.010, -0.066),
              (0.124, 0.052, 0.014, 0.010, -0.080)]  # fmt: skip
     sole = [(-0.105, 0.112, 0.064, 0.015, 0.010), (-0.088, 0.112, 0.064, 0.015, 0.010)]
+    top = [(-0.02, 0.050, 0.050, -0.006, 0.0), (0.10, 0.056, 0.056, -0.006, 0.0)]
     return [
-        ("LLEG_LINK0", loft("z", [(-0.02, 0.050, 0.050, -0.006, 0.0), (0.10, 0.056, 0.056, -0.006, 0.0)], exponent=2.0), JOINT),
+        ("LLEG_LINK0", loft("z", top, exponent=2.0), JOINT),
         ("LLEG_LINK1", loft("y", [(y, a, b, z, x) for y, a, b, x, z in hip], exponent=2.0), JOINT),
         ("LLEG_LINK2", loft("z", thigh, exponent=3.0, rounding=0.02), WHITE),
         ("LLEG_LINK3", loft("y", knee, exponent=2.0, rounding=0.01), JOINT),

@@ -22,17 +22,18 @@ def loft(
     sections: Sequence[Section],
     *,
     exponent: float = 2.6,
-    rounding: float = 0.01,
+    rounding: float | tuple[float, float] = 0.01,
     arc: tuple[float, float] | None = None,
 ) -> Mesh:
     """Return a body through cross sections along an axis ("x", "y" or "z").
 
     A section is (place along the axis, half a, half b, centre a, centre b) [m], where a and b are
     the axes that follow in the order x, y, z. Its outline is a superellipse: 2 is an ellipse, large
-    exponents a box with rounded corners. `rounding` [m] is that of both ends; `arc` [rad] takes
+    exponents a box with rounded corners. `rounding` [m] is that of both ends, or of each; `arc` [rad] takes
     only a part of the outline, from a towards b, as for a visor.
     """
-    rows = _rounded(_smooth(np.array(sections, dtype=float)), rounding)
+    ends = rounding if isinstance(rounding, tuple) else (rounding, rounding)
+    rows = _rounded(_smooth(np.array(sections, dtype=float)), ends)
     start, stop = arc or (0.0, 2.0 * np.pi)
     angle = np.linspace(start, stop, AROUND + 1)
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -79,12 +80,12 @@ def _smooth(sections: Array) -> Array:
     return np.array([*rows, sections[-1]])
 
 
-def _rounded(rows: Array, rounding: float) -> Array:
+def _rounded(rows: Array, rounding: tuple[float, float]) -> Array:
     """Return the rows with both ends closed by a quarter of a circle."""
     quarter = np.linspace(0.0, np.pi / 2.0, ROUND_STEPS + 1)[:-1]
     ends = []
-    for end, outward in ((rows[0], -np.sign(np.ptp(rows[:, 0]))), (rows[-1], 1.0)):
-        r = min(rounding, *(0.9 * end[1:3]))
+    for end, outward, wanted in ((rows[0], -1.0, rounding[0]), (rows[-1], 1.0, rounding[1])):
+        r = min(wanted, *(0.9 * end[1:3]))
         cap = np.repeat(end[None, :], ROUND_STEPS + 1, axis=0)
         cap[:-1, 0] += outward * r * (np.sin(quarter) - 1.0) + outward * r
         cap[:-1, 1:3] -= r * (1.0 - np.cos(quarter))[:, None]

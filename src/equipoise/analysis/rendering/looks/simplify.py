@@ -24,8 +24,8 @@ def simplified(meshes: Sequence[Triangles], most: int) -> list[Mesh]:
 
     Edges are collapsed by their quadric errors where the package fast-simplification is installed;
     else corners in one cell of a grid become one.
-    Source: Garland and Heckbert, Surface simplification using quadric error metrics (1997); Rossignac
-    and Borrel, Multi-resolution 3D approximations for rendering complex scenes (1993).
+    Source: Garland and Heckbert, Surface simplification using quadric error metrics (1997);
+    Rossignac and Borrel, Multi-resolution 3D approximations for rendering complex scenes (1993).
     """
     welded = [_clustered(*mesh, FINEST) for mesh in meshes]
     shares = _shares(welded, most)

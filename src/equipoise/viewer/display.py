@@ -20,6 +20,7 @@ from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask, Task
 from equipoise.viewer.collision_shapes import CollisionShapes
 from equipoise.viewer.drawing import Drawing
+from equipoise.viewer.floor_and_sky import add_floor_and_sky
 from equipoise.viewer.forces import ForceLayer, PushLayer
 from equipoise.viewer.ghost import Ghost
 from equipoise.viewer.hierarchy_panel import HierarchyPanel
@@ -123,9 +124,7 @@ class Display:
 
 def _set_up_scene(server: viser.ViserServer) -> None:
     """Set the floor, the light and where the camera begins."""
-    server.scene.add_grid(
-        "/floor", width=4.0, height=4.0, cell_size=0.1, section_size=0.5, plane="xy"
-    )
+    add_floor_and_sky(server.scene)
     server.scene.configure_default_lights(cast_shadow=False)
     server.scene.configure_environment_map(hdri=None)  # twice as many pictures without a GPU
     server.scene.add_light_hemisphere(

@@ -19,6 +19,7 @@ from equipoise.robots import Robot
 from equipoise.robots.files.finding import Finding
 from equipoise.viewer.controls import write
 from equipoise.viewer.drawing import Drawing
+from equipoise.viewer.floor_and_sky import add_floor_and_sky
 from equipoise.viewer.plain_text import in_markdown
 from equipoise.viewer.server import ViewerServer
 
@@ -36,7 +37,7 @@ class RobotView:
         self._still = np.zeros(robot.nv)
         self._lock = threading.RLock()
         scene = self._server.scene
-        scene.add_grid("/floor", width=4.0, height=4.0, cell_size=0.1, section_size=0.5)
+        add_floor_and_sky(scene)
         self._server.initial_camera.position = (1.4, -1.0, 1.05)
         self._server.initial_camera.look_at = (0.0, 0.0, 0.6)
         self._drawing = Drawing(scene, "/robot", robot_parts(robot), robot.model.parents)

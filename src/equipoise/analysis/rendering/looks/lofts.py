@@ -29,8 +29,8 @@ def loft(
 
     A section is (place along the axis, half a, half b, centre a, centre b) [m], where a and b are
     the axes that follow in the order x, y, z. Its outline is a superellipse: 2 is an ellipse, large
-    exponents a box with rounded corners. `rounding` [m] is that of both ends, or of each; `arc` [rad] takes
-    only a part of the outline, from a towards b, as for a visor.
+    exponents a box with rounded corners. `rounding` [m] is that of both ends, or of each; `arc`
+    [rad] takes only a part of the outline, from a towards b, as for a visor.
     """
     ends = rounding if isinstance(rounding, tuple) else (rounding, rounding)
     rows = _rounded(_smooth(np.array(sections, dtype=float)), ends)

@@ -9,7 +9,7 @@ import numpy as np
 
 from equipoise.analysis.rendering.run_pictures import MEASURED, WANTED
 
-INK = (45, 50, 58)
+INK, HALO = (45, 50, 58), (232, 237, 242)
 SHARE = 0.030  # of a picture's height that a line of text takes
 
 
@@ -28,14 +28,15 @@ def write_caption(image: np.ndarray, left: str, right: str = "", *, arrows: bool
     room = width - 4 * rim - draw.textlength(right, font=font)
     while left and draw.textlength(left, font=font) > room:
         left = left[:-2].rstrip() + "…" if len(left) > 2 else ""
-    draw.text((rim, foot), left, INK, font=font)
-    draw.text((width - rim - draw.textlength(right, font=font), foot), right, INK, font=font)
+    halo = {"font": font, "stroke_width": max(1, size // 8), "stroke_fill": HALO}
+    draw.text((rim, foot), left, INK, **halo)
+    draw.text((width - rim - draw.textlength(right, font=font), foot), right, INK, **halo)
     if arrows:
         y, x = float(rim), float(rim)
         for rgb, text in ((MEASURED, "force on the robot"), (WANTED, "wanted")):
             colour = tuple(round(255 * float(c)) for c in rgb)
             draw.line([(x, y + 0.6 * size), (x + 1.6 * size, y + 0.6 * size)], colour, size // 4)
-            draw.text((x + 2.1 * size, y), text, INK, font=font)
+            draw.text((x + 2.1 * size, y), text, INK, **halo)
             x += 2.1 * size + draw.textlength(text, font=font) + 1.5 * size
     image[:] = np.asarray(picture)
 

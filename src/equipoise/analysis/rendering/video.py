@@ -113,7 +113,7 @@ def write_still(
     return path
 
 
-class _View:
+class View:
     """One run as a film shows it."""
 
     def __init__(self, run: Run, style: Style) -> None:
@@ -147,5 +147,5 @@ class _View:
         return image
 
 
-def _views(runs: Run | Sequence[Run], style: Style) -> list[_View]:
-    return [_View(run, style) for run in ([runs] if isinstance(runs, Run) else runs)]
+def _views(runs: Run | Sequence[Run], style: Style) -> list[View]:
+    return [View(run, style) for run in ([runs] if isinstance(runs, Run) else runs)]

@@ -45,9 +45,7 @@ def write_motion(
         )
     all_q = np.atleast_2d(np.array(configurations, dtype=float))
     if all_q.ndim != 2 or all_q.shape[1] != robot.nq or not np.isfinite(all_q).all():
-        raise InputError(
-            f"configurations are rows of {robot.nq} finite numbers", given=all_q.shape
-        )
+        raise InputError(f"configurations are rows of {robot.nq} finite numbers", given=all_q.shape)
     meshes = SceneMeshes(Scene(robot, bodies))
     pictures = (meshes.at(q) for q in (all_q if path.suffix.lower() == ".gif" else all_q[-1:]))
     camera = _camera(meshes, all_q, size[0] / size[1])

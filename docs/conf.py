@@ -51,7 +51,12 @@ def write_inline_math(writer, node) -> None:
 
 def write_block_math(writer, node) -> None:
     """Write a formula that stands alone as MathML."""
-    writer.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>')
+    text = node.astext()
+    if ("&" in text or r"\\" in text) and r"\begin" not in text:
+        text = rf"\begin{{aligned}}{text}\end{{aligned}}"
+    text = text.replace("{aligned}", "{align*}")  # as latex2mathml knows it
+    formula = convert(text, display="block")
+    writer.body.append(f'<div style="overflow: auto hidden; padding: 0.5em 0">{formula}</div>')
     raise SkipNode
 
 

@@ -293,6 +293,20 @@ def view(
 
 
 @cli.command()
+@click.argument("robot", default="hrp2", metavar="[ROBOT]")
+@page_options
+@click.option("--no-browser", is_flag=True, help="Open no browser.")
+def play(robot: str, address: tuple[str, int | None], no_browser: bool) -> None:
+    """Drag the hands of ROBOT (a name or a file) in the browser, and see what stops them.
+
+    Example: equipoise play talos
+    """
+    from equipoise.viewer.commands import play as play_robot
+
+    play_robot(robot, *address, click.echo, browse=not no_browser)
+
+
+@cli.command()
 @click.argument(
     "run_folders", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path)
 )

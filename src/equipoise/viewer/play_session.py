@@ -21,7 +21,7 @@ from equipoise.motion.generator import MotionStep
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
-from equipoise.tasks import DampingTask, FrameAxesTask, PostureTask, describe_rows
+from equipoise.tasks import DampingTask, FrameAxesTask, PostureTask, Task, describe_rows
 
 PERIOD = 0.01  # [s] of a step
 ACCELERATIONS = 15.0  # [rad/s^2] that joints bear: what is out of reach is approached calmly
@@ -62,6 +62,7 @@ class PlaySession:
             )
         self.robot = robot
         self._lock = threading.RLock()
+        self._found: dict[str, Reason] = {}  # why hands were given up
         kin = robot.at(robot.q_half_sitting)
         self.targets = {frame: np.array(kin.placement(frame).translation) for frame in frames}
         self.q = np.array(robot.q_half_sitting)
@@ -96,7 +97,8 @@ class PlaySession:
                 hand: FrameAxesTask(hand, hand, kin.placement(hand)) for hand in self.hands
             }
             tasks = list(self._tasks.values())
-            levels = [tasks] if together and tasks else [[task] for task in tasks]
+            levels: list[list[Task]]
+            levels = [[*tasks]] if together and tasks else [[task] for task in tasks]
             if (
                 levels
             ):  # in the last level only: it leaves nothing to those below it but the posture
@@ -109,7 +111,7 @@ class PlaySession:
             self._velocity = {hand: np.zeros(3) for hand in self.hands}
             self._step: MotionStep | None = None
             self._waited = dict.fromkeys(self.targets, 0.0)  # [s] that each could not follow
-            self._found: dict[str, Reason] = {}  # why those were given up that were
+            self._found = {}
 
     def run(self, seconds: float) -> Array:
         """Go on for some time, at least a step; return the configuration (nq,)."""

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from equipoise import get_robot, load_run
 
@@ -124,9 +125,25 @@ def test_a_video_is_an_mp4_file(short_run, tmp_path):
     assert "ends in .mp4" in done.stderr
 
 
-def test_without_mujoco_render_draws_a_strip_of_pictures(short_run, tmp_path):
+def test_render_makes_stills_of_runs_side_by_side(short_run, tmp_path):
     _, folder = short_run
-    (tmp_path / "mujoco.py").write_text("raise ImportError('there is no mujoco')\n")
+    asked = ["--still", "0.1", "--size", "200x120", "--camera", "hands", "--to", "two.png"]
+    done = equipoise("render", str(folder), str(folder), *asked, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert imread(tmp_path / "two.png").shape[:2] == (120, 400)
+    for option, value, told in (
+        ("--camera", "sid", "Did you mean 'side'"),
+        ("--size", "big", "WIDTHxHEIGHT"),
+        ("--speed", "0", "0.01 to 100"),
+    ):
+        done = equipoise("render", str(folder), option, value, cwd=tmp_path)
+        assert done.returncode == 2, done.stdout
+        assert told in done.stderr
+
+
+def test_a_film_without_ffmpeg_says_what_to_install(short_run, tmp_path):
+    _, folder = short_run
+    (tmp_path / "imageio_ffmpeg.py").write_text("raise ImportError('there is none')\n")
     script = "from equipoise.cli import main; main()"
     done = subprocess.run(
         [sys.executable, "-c", script, "render", str(folder), "--to", "here.mp4"],
@@ -134,10 +151,8 @@ def test_without_mujoco_render_draws_a_strip_of_pictures(short_run, tmp_path):
         text=True,
         cwd=tmp_path,
     )
-    assert done.returncode == 0, done.stderr
-    assert "No video: " in done.stderr
-    assert "pip install 'equipoise[mujoco]'" in done.stderr
-    assert (tmp_path / "here.png").is_file()
+    assert done.returncode == 2, done.stderr
+    assert "pip install 'equipoise[film]'" in done.stderr
 
 
 def test_check_passes_the_shipped_robot_and_refuses_a_broken_one(tmp_path):

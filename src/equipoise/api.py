@@ -53,7 +53,8 @@ def run_scenario(
     there is one, which waypoints are out of reach, before anything moves. `measured(run)` is given
     the run with its summary before the figures are drawn. `steer(simulation, folder)` returns who
     may change things while it runs (the live viewer). The folder then holds `run.mcap`,
-    `scenario.yaml`, `summary.json` and, unless switched off, `figures/`.
+    `scenario.yaml`, `summary.json` and, unless switched off, `figures/`, pictures for Foxglove in
+    the log, and `foxglove_layout.json`.
     Raises: `InputError` (a wrong scenario), `RunLogError` (the folder cannot be written).
     """
     output = Output(out, figures, report, measured, steer)
@@ -131,8 +132,11 @@ def _measure(made: ControlledRun, outcome: RunOutcome, folder: Path, say: Report
 
 def _draw(context: RunContext, say: Report) -> None:
     from equipoise.analysis.figures.make import draw_figures
+    from equipoise.analysis.foxglove.write import add_pictures
 
     say("drawing", 0.0)
+    if context.drawable:
+        add_pictures(context)
     draw_figures(context, context.run.folder / "figures", lambda share: say("drawing", share))
 
 

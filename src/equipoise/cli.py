@@ -294,16 +294,24 @@ def figures(run_folders: tuple[Path, ...], to: Path) -> None:
 
 @cli.command()
 @click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
-@click.option("--format", "kind", type=click.Choice(["npz", "csv"]), default="npz")
-@click.option("--to", type=click.Path(path_type=Path), help="File to write [RUN/run.npz].")
+@click.option(
+    "--format",
+    "kind",
+    type=click.Choice(["npz", "csv", "parquet", "rrd", "mcap"]),
+    default="npz",
+    show_default=True,
+)
+@click.option("--to", type=click.Path(path_type=Path), help="File to write [RUN/run.FORMAT].")
 def export(run_folder: Path, kind: str, to: Path | None) -> None:
-    """Write the arrays of RUN as npz or csv."""
-    from equipoise.runlog import export_csv, export_npz, load_run
+    """Write what RUN logged for other programs.
 
-    loaded = load_run(run_folder)
-    _tell_note(loaded.note)
-    path = to if to is not None else loaded.folder / f"run.{kind}"
-    (export_npz if kind == "npz" else export_csv)(loaded, path)
+    npz, csv and parquet hold the arrays; rrd is for Rerun; mcap adds to the log (or, with --to, to
+    a copy) what Foxglove draws. A run that draws figures has done the latter already.
+    """
+    from equipoise.analysis.export_run import export_run
+
+    path, note = export_run(run_folder, kind, to)
+    _tell_note(note)
     click.echo(path)
 
 
@@ -391,6 +399,20 @@ def view(
 
 
 @cli.command()
+@click.argument("robot", default="hrp2", metavar="[ROBOT]")
+@page_options
+@click.option("--no-browser", is_flag=True, help="Open no browser.")
+def play(robot: str, address: tuple[str, int | None], no_browser: bool) -> None:
+    """Drag the hands of ROBOT (a name or a file) in the browser, and see what stops them.
+
+    Example: equipoise play talos
+    """
+    from equipoise.viewer.commands import play as play_robot
+
+    play_robot(robot, *address, click.echo, browse=not no_browser)
+
+
+@cli.command()
 @click.argument(
     "run_folders", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path)
 )
@@ -467,30 +489,32 @@ def bench(
 
 
 @cli.command()
-@click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
+@click.argument(
+    "run_folders", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
 @click.option("--to", type=click.Path(path_type=Path), help="File to write [RUN/video.mp4].")
+@click.option("--camera", default="quarter", show_default=True, metavar="NAME",
+              help="quarter, front, side, hands or follow.")  # fmt: skip
+@click.option("--size", default="960x540", show_default=True, metavar="WxH", help="Pixels of each.")
+@click.option("--speed", type=float, default=1.0, show_default=True, help="2: twice as fast.")
 @click.option("--fps", type=click.IntRange(1, 120), default=25, show_default=True)
-def render(run_folder: Path, to: Path | None, fps: int) -> None:
-    """Make an MP4 video of RUN, without a display.
+@click.option("--arrows/--no-arrows", default=True, help="Forces, wanted ones beside them.")
+@click.option("--captions/--no-captions", default=True)
+@click.option("--still", type=float, metavar="T", help="One picture at T [s], as PNG, instead.")
+def render(run_folders: tuple[Path, ...], to: Path | None, size: str, **asked: Any) -> None:
+    """Make an MP4 film of RUN, or of several side by side, without a display.
 
-    Where that cannot be done, a strip of pictures is drawn instead, and the reason is told.
+    Example: equipoise render runs/latest --camera hands --speed 0.5
     """
-    from equipoise.analysis.rendering.video import NoVideoError, write_video
+    from equipoise.analysis.render_run import render_runs
     from equipoise.console import Progress
     from equipoise.runlog import load_run
 
-    loaded = load_run(run_folder)
-    _tell_note(loaded.note)
-    path = to if to is not None else loaded.folder / "video.mp4"
-    try:
-        with Progress() as progress:
-            click.echo(write_video(loaded, path, fps=fps, report=lambda x: progress("drawing", x)))
-    except NoVideoError as error:
-        from equipoise.analysis.figures.snapshots import snapshot_strip
-        from equipoise.analysis.figures.style import save
-
-        click.echo(f"No video: {error}. A strip of pictures instead:", err=True)
-        click.echo(save(snapshot_strip(loaded), path.with_suffix(".png")))
+    loaded = [load_run(folder) for folder in run_folders]
+    for one in loaded:
+        _tell_note(one.note)
+    with Progress() as progress:
+        click.echo(render_runs(loaded, to, size, asked, lambda share: progress("drawing", share)))
 
 
 @cli.command()

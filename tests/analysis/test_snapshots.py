@@ -9,7 +9,8 @@ from figure_runs import made_run, tray_places
 from equipoise.analysis.figures.snapshots import snapshot_strip
 from equipoise.analysis.figures.style import new_figure
 from equipoise.analysis.rendering.axes3d import draw_scene, frame_scene
-from equipoise.analysis.rendering.scene_meshes import SceneMeshes
+from equipoise.analysis.rendering.scene_meshes import SceneMeshes, robot_parts
+from equipoise.analysis.rendering.stands import stands
 from equipoise.errors import InputError, NonFiniteError, ShapeError
 
 
@@ -25,8 +26,10 @@ def captions(figure) -> list[str]:
 def test_stage_holds_every_shape_of_robot_and_world(scene_meshes):
     setup = tray_places()
     world = sum(len(body.shapes) for body in setup.scene.bodies)
-    lens = 1
-    assert len(scene_meshes.parts) == len(setup.robot.visual_model.geometryObjects) + world + lens
+    posts = len(stands(setup.scene))
+    assert len(scene_meshes.parts) == len(robot_parts(setup.robot)) + world + posts
+    collides = {shape.parentJoint for shape in setup.robot.collision_model.geometryObjects}
+    assert collides <= {part.joint for part in robot_parts(setup.robot)}
 
 
 def test_still_things_stay_and_the_tray_moves_with_its_hand(scene_meshes):

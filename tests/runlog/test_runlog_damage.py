@@ -9,6 +9,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import Writer
+from mcap_protobuf.decoder import DecoderFactory
 
+import equipoise.runlog.writer as writer_module
 from equipoise.errors import RunLogError
 from equipoise.runlog import Channel, Run, RunWriter, check_log, load_run
 from equipoise.runlog.folders import write_summary
+from equipoise.runlog.layout import make_layout
 
 
 @pytest.fixture(scope="module")
@@ -227,13 +231,28 @@ def test_a_log_of_another_format_is_refused(tmp_path: Path, write: Callable) -> 
     log = tmp_path / "run.mcap"
     entry = b"\x06\x00\x00\x00format\x01\x00\x00\x00"
     content = log.read_bytes()
-    assert content.count(entry + b"2") == 1
-    log.write_bytes(content.replace(entry + b"2", entry + b"3"))
-    with pytest.raises(RunLogError, match="has format '3'"):
+    assert content.count(entry + b"3") == 1
+    log.write_bytes(content.replace(entry + b"3", entry + b"4"))
+    with pytest.raises(RunLogError, match="has format '4'"):
         load_run(tmp_path)
-    log.write_bytes(content.replace(entry + b"2", entry + b"1"))  # before there were checksums
+
+
+@pytest.mark.parametrize("version", ["1", "2"])
+def test_logs_of_older_versions_are_read(
+    tmp_path: Path, write: Callable, monkeypatch: pytest.MonkeyPatch, version: str
+) -> None:
+    """Before format 3 a channel was a list of doubles, before format 2 there were no checksums."""
+    monkeypatch.setattr(writer_module, "FORMAT", version)
+    monkeypatch.setattr(writer_module, "make_layout", partial(make_layout, named=False))
+    ticks = write(tmp_path, 50)
     run = load_run(tmp_path)
-    assert (run.t.size, run.complete, run.note) == (3, True, "")
+    assert (run.t.size, run.complete, run.note, check_log(tmp_path)) == (50, True, "", "")
+    for name, values in run.arrays.items():
+        assert np.array_equal(values, [tick[name] for tick in ticks])
+    with open(tmp_path / "run.mcap", "rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        decoded = [tick for *_, tick in reader.iter_decoded_messages()]
+    assert [list(tick.q) for tick in decoded] == run["q"].tolist()
 
 
 def test_a_spoilt_summary_does_not_hide_the_run(tmp_path: Path, write: Callable) -> None:

@@ -10,17 +10,13 @@ from viewer_logs import tray_places
 
 pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.[viewer]'")
 
+from equipoise.analysis.rendering.force_arrows import HAND_SCALE, hand_arrows
 from equipoise.analysis.rendering.sole_arrows import OUTSIDE, SOLE_SCALE, outer_sides, sole_arrow
 from equipoise.contacts import SoleContact
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
 from equipoise.scenarios import read_scenario
 from equipoise.spatial import Array
-from equipoise.viewer.forces import (
-    HAND_SCALE,
-    PUSH_SCALE,
-    PushLayer,
-    force_arrows,
-)
+from equipoise.viewer.forces import PUSH_SCALE, PushLayer
 from equipoise.viewer.layer import Moment
 from equipoise.viewer.server import ViewerServer
 
@@ -77,7 +73,7 @@ def test_arrows_of_a_grasp_do_the_work_of_its_multiplier(kin: Kinematics) -> Non
     setup = tray_places()
     contact = next(c for c in setup.contacts.contacts if c.name == "grasp")
     lam = np.array([2.0, -1.0, 15.0, 0.0, 0.0, 0.0])
-    arrows = force_arrows(contact, Moment(0.0, {}, kin), lam, 0.0)
+    arrows = hand_arrows(contact, kin, lam)
     on_b, on_a = _ways(arrows, HAND_SCALE)
     T_a, T_b = kin.placement(contact.frame_a), kin.placement(contact.frame_b)
     assert np.allclose([tip for _, tip in arrows], [T_b.translation, T_a.translation])
@@ -116,4 +112,4 @@ def test_a_push_ends_where_it_acts(server: ViewerServer, kin: Kinematics) -> Non
 
 
 def test_unknown_contacts_have_no_arrow(kin: Kinematics) -> None:
-    assert force_arrows(SimpleNamespace(), Moment(0.0, {}, kin), np.ones(3), 0.0) == []
+    assert hand_arrows(SimpleNamespace(), kin, np.ones(3)) == []

@@ -13,8 +13,9 @@ pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.
 
 from scene_poses import in_the_world
 
+from equipoise.analysis.rendering.scene_meshes import robot_parts
 from equipoise.robots import Robot
-from equipoise.viewer.drawing import Drawing, robot_parts
+from equipoise.viewer.drawing import Drawing
 from equipoise.viewer.ghost import INSET, Ghost, farthest
 from equipoise.viewer.server import ViewerServer
 
@@ -22,7 +23,7 @@ from equipoise.viewer.server import ViewerServer
 @pytest.fixture
 def sent_scene(server: ViewerServer, monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     robot = tray_places().robot
-    parts = robot_parts(tray_places().scene)
+    parts = robot_parts(tray_places().robot)
     drawing = Drawing(server.viser.scene, "/robot", parts, robot.model.parents)
     ghost = Ghost(server.viser.scene, parts, robot.model, drawing)
     sent: list[str] = []

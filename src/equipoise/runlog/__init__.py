@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from equipoise.runlog.channels import Channel
-from equipoise.runlog.export import export_csv, export_npz
+from equipoise.runlog.export import export_csv, export_npz, export_parquet
 from equipoise.runlog.folders import latest_run, new_run_folder, read_summary, write_summary
 from equipoise.runlog.reader import CHECKED_WHOLE, check_log, load_run
 from equipoise.runlog.record import TickRecord
@@ -19,6 +19,7 @@ __all__ = [
     "check_log",
     "export_csv",
     "export_npz",
+    "export_parquet",
     "latest_run",
     "load_run",
     "new_run_folder",

@@ -23,21 +23,17 @@ from mcap.records import (
     Channel,
     Chunk,
     ChunkIndex,
-    DataEnd,
-    Footer,
     Header,
     McapRecord,
     Metadata,
     MetadataIndex,
     Schema,
     Statistics,
-    SummaryOffset,
 )
 
-from equipoise.runlog.layout import CHANNEL_ID
+from equipoise.runlog.layout import CHANNEL_ID, MAGIC, TOPIC
+from equipoise.runlog.mcap_summary import ending
 
-MAGIC = b"\x89MCAP0\r\n"
-TOPIC = "/tick"
 COMPRESSION_LEVEL = -20  # of zstd; doubles hardly shrink: level -5 saves 4 % more at twice the time
 
 _INDEX_HEAD = struct.Struct("<BQHI")  # opcode, length, channel and size of the entries
@@ -113,11 +109,15 @@ class McapFile:
 
     def finish(self) -> None:
         """Write the summary and the footer."""
-        builder = RecordBuilder()
-        DataEnd(0).write(builder)
         end = self._commits[-1].end
-        start = end + builder.count
-        block = builder.end() + self._summary(start) + MAGIC
+        groups: dict[Opcode, list[McapRecord]] = {
+            Opcode.SCHEMA: [self._schema],
+            Opcode.CHANNEL: [self._channel],
+            Opcode.STATISTICS: [self._statistics()],
+            Opcode.CHUNK_INDEX: self._chunk_indexes(),
+            Opcode.METADATA_INDEX: list(self._metadata_indexes),
+        }
+        block = ending(groups, end)
         self._write(block, end)
         os.ftruncate(self._stream.fileno(), end + len(block))
 
@@ -148,30 +148,6 @@ class McapFile:
         while remaining:
             written = os.pwrite(self._stream.fileno(), remaining, offset)
             remaining, offset = remaining[written:], offset + written
-
-    def _summary(self, start: int) -> bytes:
-        """Summary section and footer for a summary that starts at byte `start`."""
-        builder = RecordBuilder()
-        groups: dict[Opcode, list[McapRecord]] = {
-            Opcode.SCHEMA: [self._schema],
-            Opcode.CHANNEL: [self._channel],
-            Opcode.STATISTICS: [self._statistics()],
-            Opcode.CHUNK_INDEX: self._chunk_indexes(),
-            Opcode.METADATA_INDEX: list(self._metadata_indexes),
-        }
-        offsets = []
-        for opcode, records in groups.items():
-            group_start = builder.count
-            for record in records:
-                record.write(builder)
-            offsets.append(SummaryOffset(opcode, start + group_start, builder.count - group_start))
-        offsets_start = start + builder.count
-        for offset in offsets:
-            offset.write(builder)
-        summary = builder.end()
-        Footer(start, offsets_start, 0).write(builder)
-        unsigned = builder.end()[:-4]  # the footer's last field is the checksum of all before it
-        return summary + unsigned + zlib.crc32(summary + unsigned).to_bytes(4, "little")
 
     def _chunk_indexes(self) -> list[McapRecord]:
         return [commit.index for commit in self._commits if commit.index is not None]

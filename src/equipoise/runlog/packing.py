@@ -33,7 +33,7 @@ class TickBuffer:
         self._records = layout.blank(capacity)
         self._octets = self._records.view("u1")
         self._copies = [
-            (self._records[f"values{i}"], self.rows[:, place])
+            (layout.values(self._records, i), self.rows[:, place])
             for i, place in enumerate(self.record.places.values())
         ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, BinaryIO
@@ -11,18 +11,18 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from equipoise.errors import EquipoiseError, InputError, RunLogError
-from equipoise.runlog.channels import channels_from_json
+from equipoise.runlog.channels import Channel, channels_from_json
 from equipoise.runlog.checksums import damaged_texts
 from equipoise.runlog.folders import LOG_NAME, SUMMARY_NAME, read_summary
 from equipoise.runlog.layout import TickLayout, make_layout
+from equipoise.runlog.losses import TOLD, Losses
 from equipoise.runlog.run import Run
 from equipoise.runlog.scan import Scan, cut_off_early, read_chunk, scan_log
 from equipoise.runlog.writer import FORMAT
 
-OLD_FORMAT = "1"  # without checksums
+UNCHECKED, UNNAMED = "1", "2"  # formats without checksums, and without names of numbers
 _MARGIN = 1e-6  # [s], as a chunk's times are rounded to nanoseconds
 CHECKED_WHOLE = 1 << 28  # [bytes] up to which a log is read once more to know that it is whole
-_TOLD = 4  # gaps that a note names
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def load_run(
         with open(path, "rb") as stream:
             scan = scan_log(stream, path)
             run = _describe(scan, path)
-            layout = make_layout(tuple(run.channels.values()))
+            layout = layout_of(scan, tuple(run.channels.values()))
             pieces, losses = _Pieces(layout), Losses()
             for records in _wanted(stream, scan, layout, window, losses):
                 pieces.add(records)
@@ -87,12 +87,19 @@ def check_log(folder_or_mcap: Path | str, *, at_most: float = np.inf) -> str:
         with open(path, "rb") as stream:
             scan = scan_log(stream, path)
             run = _describe(scan, path)
-            layout, losses = make_layout(tuple(run.channels.values())), Losses()
+            layout, losses = layout_of(scan, tuple(run.channels.values())), Losses()
             for _ in _wanted(stream, scan, layout, _Window(-np.inf, np.inf, 1), losses):
                 pass
+            losses.pictures += sum(read_chunk(stream, chunk) is None for chunk in scan.pictures)
     except OSError as error:
         raise RunLogError(f"Cannot read {path}: {error.strerror}.") from error
     return " ".join(filter(None, (_ending(scan, path), losses.sentence(path.name), run.note)))
+
+
+def layout_of(scan: Scan, channels: tuple[Channel, ...]) -> TickLayout:
+    """Return the layout of the ticks of a log that was scanned."""
+    about = scan.metadata.get("equipoise.run", {})
+    return make_layout(channels, named=about.get("format") not in (UNCHECKED, UNNAMED))
 
 
 def _make_window(start: float | None, stop: float | None, stride: int) -> _Window:
@@ -133,7 +140,7 @@ def _describe(scan: Scan, path: Path) -> Run:
                 "Other tools (mcap, Foxglove, PlotJuggler) may open it."
             )
         raise cut_off_early(path)
-    if about.get("format") not in (FORMAT, OLD_FORMAT):
+    if about.get("format") not in (UNCHECKED, UNNAMED, FORMAT):
         raise RunLogError(
             f"{path} has format {about.get('format')!r}; this version reads {FORMAT!r}. "
             "Read it with the version of Equipoise that wrote it."
@@ -143,7 +150,7 @@ def _describe(scan: Scan, path: Path) -> Run:
         seed, scenario = int(about["seed"]), about["scenario"]
     except (KeyError, TypeError, ValueError, EquipoiseError) as error:
         raise RunLogError(f"{path} is damaged: its channels cannot be read ({error}).") from error
-    spoilt = damaged_texts(scan.metadata) if about["format"] == FORMAT else []
+    spoilt = damaged_texts(scan.metadata) if about["format"] != UNCHECKED else []
     summary, note = _summary(path.parent)
     if spoilt:
         note = f"{_spoilt_texts(path.name, spoilt)} {note}".strip()
@@ -163,8 +170,8 @@ def _describe(scan: Scan, path: Path) -> Run:
 
 def _spoilt_texts(name: str, spoilt: list[str]) -> str:
     """Say which texts of a log are not what was written."""
-    named = ", ".join(one.removeprefix("equipoise.") for one in spoilt[:_TOLD])
-    more = f" and {len(spoilt) - _TOLD} more" if len(spoilt) > _TOLD else ""
+    named = ", ".join(one.removeprefix("equipoise.") for one in spoilt[:TOLD])
+    more = f" and {len(spoilt) - TOLD} more" if len(spoilt) > TOLD else ""
     return (
         f"{name} is damaged: what it says of itself ({named}{more}) does not match its checksum. "
         "Names, units or the scenario may be wrong."
@@ -178,42 +185,6 @@ def _summary(folder: Path) -> tuple[dict[str, Any] | None, str]:
         return read_summary(folder), ""
     except RunLogError as error:
         return None, str(error)
-
-
-@dataclass
-class Losses:
-    """What of a log could not be read: chunks that are spoilt, and gaps in the ticks' numbers."""
-
-    chunks: int = 0
-    gaps: list[tuple[int, float, float]] = field(default_factory=list)  # ticks, between [s]
-    at_end: int = 0
-    misplaced: int = 0
-
-    def __bool__(self) -> bool:
-        return bool(self.chunks or self.gaps or self.at_end or self.misplaced)
-
-    def sentence(self, name: str) -> str:
-        """Say what is missing, "" if nothing is."""
-        parts = []
-        if self.chunks:
-            parts.append(f"{self.chunks} chunk{'s' * (self.chunks > 1)} had to be left out")
-        for ticks, before, after in self.gaps[:_TOLD]:
-            since = f"between t = {before:.6g} s and" if np.isfinite(before) else "before"
-            parts.append(f"{_ticks(ticks)} missing {since} t = {after:.6g} s")
-        if len(self.gaps) > _TOLD:
-            more = sum(ticks for ticks, _, _ in self.gaps[_TOLD:])
-            parts.append(f"{_ticks(more)} missing in {len(self.gaps) - _TOLD} more places")
-        if self.at_end:
-            parts.append(f"{_ticks(self.at_end)} missing at its end")
-        if self.misplaced:
-            parts.append(
-                f"the times of {self.misplaced} chunk{'s' * (self.misplaced > 1)} are wrong"
-            )
-        return f"{name} is damaged: {', '.join(parts)}." if parts else ""
-
-
-def _ticks(count: int) -> str:
-    return "1 tick is" if count == 1 else f"{count} ticks are"
 
 
 def _wanted(
@@ -293,7 +264,7 @@ class _Pieces:
         """Copy the numbers out of (n,) records."""
         self._times.append(records["t"].copy())
         for i, pieces in enumerate(self._values):
-            pieces.append(records[f"values{i}"].copy())
+            pieces.append(self._layout.values(records, i).copy())
 
     def join(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Return times (N,) and arrays (N, k), read-only; a piece is released once copied."""

@@ -24,7 +24,7 @@ from equipoise.runlog.packing import TickBuffer, nanoseconds
 from equipoise.runlog.record import TickRecord
 
 SCENARIO_NAME = "scenario.yaml"
-FORMAT = "2"  # 2: with checksums of its texts
+FORMAT = "3"  # 2: with checksums of its texts; 3: each number has a name
 FLUSH_PERIOD = 0.03  # [s] of simulated or wall time, whichever ends first; 0.1 s stalls a 1 ms loop
 CHUNK_BYTES = 1 << 20
 LATEST_TIME = 1e9  # [s], far below where nanoseconds leave 64 bits

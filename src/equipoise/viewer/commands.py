@@ -16,6 +16,7 @@ from equipoise.runlog import latest_run
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.viewer.bridge import Bridge
 from equipoise.viewer.longlog import LongLog
+from equipoise.viewer.play import Play
 from equipoise.viewer.replay import Replay
 from equipoise.viewer.robot_view import RobotView
 from equipoise.viewer.server import ViewerServer
@@ -58,6 +59,23 @@ def view_robot(name_or_path: str, host: str, port: int | None, say: Say, *, brow
         RobotView(robot, findings, server)
         say(f"Showing {robot.name} at {server.url}")
         keep_open(server, say, browse=browse)
+    finally:
+        server.stop()
+
+
+def play(name_or_path: str, host: str, port: int | None, say: Say, *, browse: bool) -> None:
+    """Let the hands of a robot be dragged until Ctrl-C.
+
+    Raises: `RobotFileError`, `InputError` for a robot without hands.
+    """
+    robot = get_robot(name_or_path)
+    server = ViewerServer(host, port)
+    try:
+        shown = Play(robot, server)
+        shown.start()
+        say(f"Drag the hands of {robot.name} at {server.url}")
+        keep_open(server, say, browse=browse)
+        shown.stop()
     finally:
         server.stop()
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import viser
 
+from equipoise.analysis.rendering.scene_meshes import robot_parts
 from equipoise.collision.scene import Pair
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.scenarios import schema
@@ -17,7 +18,9 @@ from equipoise.simulation.build.levels import build_levels
 from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask, Task
-from equipoise.viewer.drawing import Drawing, robot_parts
+from equipoise.viewer.collision_shapes import CollisionShapes
+from equipoise.viewer.drawing import Drawing
+from equipoise.viewer.floor_and_sky import add_floor_and_sky
 from equipoise.viewer.forces import ForceLayer, PushLayer
 from equipoise.viewer.ghost import Ghost
 from equipoise.viewer.hierarchy_panel import HierarchyPanel
@@ -39,9 +42,10 @@ class Display:
         self._fades = build_fades(scenario)
         self._evaluator = KinematicsEvaluator(setup.robot)
         _set_up_scene(server)
-        parts, model = robot_parts(setup.scene), setup.robot.model
+        parts, model = robot_parts(setup.robot), setup.robot.model
         self._robot = Drawing(server.scene, "/robot", parts, model.parents)
         self._ghost = Ghost(server.scene, parts, model, self._robot)
+        self._shapes = CollisionShapes(server.scene, setup.robot)
         self.trails = TrailLayer(server.scene, setup)
         self.layers = (
             Surroundings(server.scene, scenario, setup),
@@ -75,6 +79,7 @@ class Display:
         """Draw everything of a moment but the table."""
         with self.server.atomic():
             self._robot.place(moment.kin.pin_data.oMi)
+            self._shapes.place(moment.kin.pin_data.oMi)
             for layer in self.layers:
                 layer.show(moment)
             q_ref = moment.values.get("q_ref")
@@ -97,6 +102,8 @@ class Display:
         for title, item in items.items():
             box = gui.add_checkbox(title, initial_value=True)
             box.on_update(partial(self._switch, item))
+        shapes = gui.add_checkbox("Collision shapes", initial_value=False)
+        shapes.on_update(lambda event: self._shapes.set_visible(bool(event.target.value)))
         solidity = gui.add_slider("Robot solidity", min=0.1, max=1.0, step=0.05, initial_value=1.0)
         solidity.on_update(lambda event: self._make_solid(event.target.value))
         gui.add_markdown(
@@ -117,9 +124,7 @@ class Display:
 
 def _set_up_scene(server: viser.ViserServer) -> None:
     """Set the floor, the light and where the camera begins."""
-    server.scene.add_grid(
-        "/floor", width=4.0, height=4.0, cell_size=0.1, section_size=0.5, plane="xy"
-    )
+    add_floor_and_sky(server.scene)
     server.scene.configure_default_lights(cast_shadow=False)
     server.scene.configure_environment_map(hdri=None)  # twice as many pictures without a GPU
     server.scene.add_light_hemisphere(

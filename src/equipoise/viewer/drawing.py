@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import viser
 
-from equipoise.analysis.rendering.scene_meshes import Part, SceneMeshes
+from equipoise.analysis.rendering.part import Part
 from equipoise.analysis.rendering.tessellation import tessellate
 from equipoise.collision.scene import Scene
 from equipoise.spatial import POSE_SIZE, Array, Indices
@@ -92,11 +92,6 @@ class Drawing(Showable):
                 node.position = sent[:3] = pose[:3]
             if np.abs(pose[3:] - sent[3:]).max() > _STILL:
                 node.wxyz, sent[3:] = pose[[6, 3, 4, 5]], pose[3:]
-
-
-def robot_parts(scene: Scene) -> tuple[Part, ...]:
-    """Return the meshes of the robot alone."""
-    return SceneMeshes(Scene(scene.robot)).parts
 
 
 def body_parts(scene: Scene, name: str) -> list[Part]:

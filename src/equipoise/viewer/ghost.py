@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 import viser
 
-from equipoise.analysis.rendering.scene_meshes import Part
+from equipoise.analysis.rendering.part import Part
 from equipoise.spatial import Array
 from equipoise.viewer.drawing import Drawing
 from equipoise.viewer.layer import Showable

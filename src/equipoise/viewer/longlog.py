@@ -17,7 +17,7 @@ import numpy as np
 from equipoise.errors import RunLogError
 from equipoise.runlog import CHECKED_WHOLE, Run, check_log, load_run
 from equipoise.runlog.folders import LOG_NAME
-from equipoise.runlog.layout import make_layout
+from equipoise.runlog.reader import layout_of
 from equipoise.runlog.scan import read_chunk, scan_log
 from equipoise.spatial import Array
 
@@ -44,10 +44,10 @@ class LongLog:
         self.run: Run = load_run(given, start=-1.0, stop=-1.0)
         self.path = given / LOG_NAME if given.is_dir() else given
         self.note = check_log(self.path, at_most=CHECKED_WHOLE)
-        self._layout = make_layout(tuple(self.run.channels.values()))
-        self._fields = {channel: f"values{i}" for i, channel in enumerate(self.run.channels)}
         with open(self.path, "rb") as stream:
-            self._chunks = scan_log(stream, self.path).chunks
+            scan = scan_log(stream, self.path)
+        self._chunks = scan.chunks
+        self._layout = layout_of(scan, tuple(self.run.channels.values()))
         self._starts = np.array([chunk.first for chunk in self._chunks])
         self._cache: OrderedDict[int, np.ndarray | None] = OrderedDict()
         self._lock = threading.Lock()
@@ -96,13 +96,17 @@ class LongLog:
                 seen[chunk] = True
                 records = self._read(chunk)
                 if records is not None:
-                    arrays = {name: records[field] for name, field in self._fields.items()}
-                    yield number, {"t": records["t"], **arrays}
+                    yield number, {"t": records["t"], **self._arrays(records)}
 
     def _tick(self, records: np.ndarray, index: int) -> Tick:
-        record = records[index]
-        values = {name: np.array(record[field]) for name, field in self._fields.items()}
-        return Tick(float(record["t"]), values)
+        tick = records[index : index + 1]
+        values = {name: rows[0] for name, rows in self._arrays(tick).items()}
+        return Tick(float(tick["t"][0]), values)
+
+    def _arrays(self, records: np.ndarray) -> dict[str, np.ndarray]:
+        return {
+            name: self._layout.values(records, i).copy() for i, name in enumerate(self.run.channels)
+        }
 
     def _first_intact(self, direction: int) -> np.ndarray:
         if not self._chunks:

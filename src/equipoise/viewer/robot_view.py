@@ -13,12 +13,13 @@ import pinocchio as pin
 import viser
 
 from equipoise.analysis.joint_groups import joint_groups_of
-from equipoise.collision.scene import Scene
+from equipoise.analysis.rendering.scene_meshes import robot_parts
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
 from equipoise.robots.files.finding import Finding
 from equipoise.viewer.controls import write
-from equipoise.viewer.drawing import Drawing, robot_parts
+from equipoise.viewer.drawing import Drawing
+from equipoise.viewer.floor_and_sky import add_floor_and_sky
 from equipoise.viewer.plain_text import in_markdown
 from equipoise.viewer.server import ViewerServer
 
@@ -36,10 +37,10 @@ class RobotView:
         self._still = np.zeros(robot.nv)
         self._lock = threading.RLock()
         scene = self._server.scene
-        scene.add_grid("/floor", width=4.0, height=4.0, cell_size=0.1, section_size=0.5)
+        add_floor_and_sky(scene)
         self._server.initial_camera.position = (1.4, -1.0, 1.05)
         self._server.initial_camera.look_at = (0.0, 0.0, 0.6)
-        self._drawing = Drawing(scene, "/robot", robot_parts(Scene(robot)), robot.model.parents)
+        self._drawing = Drawing(scene, "/robot", robot_parts(robot), robot.model.parents)
         self._frames = _Frames(self._server, robot)
         self._sliders: list[viser.GuiSliderHandle[float]] = []
         self._add_panel(findings)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
+from equipoise.analysis.rendering.stands import stands
 from equipoise.scenarios import schema
 from equipoise.simulation.build.setup import Setup
 from equipoise.viewer.drawing import Drawing, body_parts
@@ -21,6 +22,9 @@ class Surroundings(Layer):
             body.name: Drawing(scene, f"/world/{body.name}", body_parts(setup.scene, body.name))
             for body in setup.scene.bodies
         }
+        posts = stands(setup.scene, frozenset(setup.sliders))
+        if posts:
+            self._bodies[""] = Drawing(scene, "/stands", posts)
         self._directions = {
             name: np.array(slider.direction) for name, slider in scenario.world.sliders.items()
         }

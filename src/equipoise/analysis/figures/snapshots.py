@@ -54,7 +54,7 @@ def snapshot_strip(
         from equipoise.simulation.build.setup import build_setup
 
         setup = build_setup(parse_scenario(run.scenario_text))
-    scene_meshes = SceneMeshes(setup.scene)
+    scene_meshes = SceneMeshes(setup.scene, frozenset(setup.sliders))
     camera = frame_scene(scene_meshes, run["q"][ticks])
     rows = -(-len(ticks) // 8)
     columns = -(-len(ticks) // rows)
@@ -125,7 +125,7 @@ def _meshes_at(setup: Setup, scene_meshes: SceneMeshes, run: Run, tick: int) -> 
         for name in setup.sliders
         if f"slider/{name}" in run
     }
-    return SceneMeshes(setup.scene_with(travels)) if travels else scene_meshes
+    return SceneMeshes(setup.scene_with(travels), frozenset(travels)) if travels else scene_meshes
 
 
 def draw_snapshots(
@@ -141,7 +141,7 @@ def draw_snapshots(
     """
     left, bottom, right, top = box
     ticks = _ticks(run, None, count)
-    scene_meshes = SceneMeshes(setup.scene)
+    scene_meshes = SceneMeshes(setup.scene, frozenset(setup.sliders))
     camera = frame_scene(scene_meshes, run["q"][ticks])
     width = (right - left) / len(ticks)
     for k, tick in enumerate(ticks):

@@ -37,10 +37,20 @@ def rasterise(corners: Array, width: int, height: int) -> Raster:
     The centre of the pixel in row r and column c is at (c + 0.5, r + 0.5). Triangles with a
     corner that is not finite are left out.
     """
-    nearness = np.full((height, width), -np.inf)
-    triangle = np.full((height, width), -1)
-    draw_triangles(np.ascontiguousarray(corners), nearness, triangle)
-    return Raster(triangle, nearness)
+    raster = blank_raster(height, width)
+    draw_into(raster, corners)
+    return raster
+
+
+def blank_raster(height: int, width: int) -> Raster:
+    """Return a raster that sees nothing yet."""
+    return Raster(np.full((height, width), -1), np.full((height, width), -np.inf))
+
+
+def draw_into(raster: Raster, corners: Array) -> None:
+    """Let a raster see these triangles (m, 3, 3), as `rasterise` takes them, and nothing else."""
+    raster.nearness[:], raster.triangle[:] = -np.inf, -1
+    draw_triangles(np.ascontiguousarray(corners), raster.nearness, raster.triangle)
 
 
 def weights(corners: Array, column: Indices, row: Indices) -> Array:

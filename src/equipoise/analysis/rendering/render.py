@@ -7,17 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from equipoise.analysis.rendering.camera import Camera
-from equipoise.analysis.rendering.raster import Raster, rasterise
+from equipoise.analysis.rendering.raster import blank_raster, draw_into, rasterise
 from equipoise.analysis.rendering.scene_meshes import Picture
 from equipoise.analysis.rendering.shading import (
     draw_outlines,
-    look,
+    finish,
     meet_floor,
-    paint_floor,
-    reduce_samples,
-    shade,
+    paint_bodies,
+    paint_grid,
 )
-from equipoise.compiled.compilation import entrance
 from equipoise.spatial import Array, Indices
 
 _GAMMA = 2.2
@@ -29,7 +27,8 @@ class Light:
     """Shares of the light, the shadow map's size [pixels] and the softness of shadows [m].
 
     `grid` is the spacing, `grid_line` half the width of a line, and `fade` the distance from the
-    camera's target at which the floor ends [m].
+    camera's target at which the floor ends [m], with `vignette` also at the picture's rim. The
+    colours are those of the top of what is behind, of its foot, and of the floor.
     """
 
     sun: float = 0.62
@@ -42,6 +41,20 @@ class Light:
     grid_line: float = 0.003
     grid_strength: float = 0.10
     fade: float = 1.8
+    vignette: bool = True
+    above: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    horizon: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    floor: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+# the sky of films and of stills that stand alone: as in the viewer's page, light and without a rim
+OUTDOORS = Light(
+    fade=3.2,
+    vignette=False,
+    above=(0.80, 0.86, 0.92),
+    horizon=(0.94, 0.95, 0.96),
+    floor=(0.925, 0.93, 0.935),
+)
 
 
 def render(
@@ -57,19 +70,59 @@ def render(
 
     Each pixel is the mean of `smooth` x `smooth` samples.
     """
-    light = light or Light()
-    w, h = width * smooth, height * smooth
-    corners = _in_pixels(camera.project(picture.mesh.vertices), camera, w, h)
-    corners = corners[picture.mesh.triangles]
-    raster = rasterise(corners, w, h)
-    sun = _Sun(picture, camera, light)
-    image = np.empty((h, w, 3))
-    _floor(camera, width, height, sun, light, image)
-    _paint_bodies(image, raster, corners, picture, camera, sun, light)
-    draw_outlines(raster.triangle, picture.part, image)
-    small = np.empty((height, width, 3))
-    reduce_samples(image, small)
-    return small
+    return Renderer(width, height, light=light, smooth=smooth).image(picture, camera)
+
+
+class Renderer:
+    """Draws pictures of one size; the floor is not drawn again while the camera stays."""
+
+    def __init__(
+        self, width: int, height: int, *, light: Light | None = None, smooth: int = 2
+    ) -> None:
+        self._light = light or Light()
+        self._shape = height, width
+        self._samples = height * smooth, width * smooth
+        self._floor: _Floor | None = None
+        # made once: new pages of memory cost as much as the drawing
+        self._raster = blank_raster(*self._samples)
+        self._painted = np.empty((*self._samples, 3))
+
+    def image(self, picture: Picture, camera: Camera) -> Array:
+        """Return the image (height, width, 3) in 0..1."""
+        if self._floor is None or not self._floor.seen_by(camera):
+            self._floor = _Floor(camera, self._shape, self._light)
+        floor, (h, w) = self._floor, self._samples
+        corners = _in_pixels(camera.project(picture.mesh.vertices), camera, w, h)
+        corners = corners[picture.mesh.triangles]
+        raster, painted = self._raster, self._painted
+        draw_into(raster, corners)
+        sun = _Sun(picture, camera, self._light)
+        paint_bodies(
+            raster.triangle,
+            raster.nearness,
+            corners,
+            picture.mesh.normals[picture.mesh.triangles],
+            picture.rgb[picture.part] ** _GAMMA,
+            _view(camera, (h, w)),
+            sun.lights,
+            sun.depths,
+            sun.samples,
+            _BRIGHTNESS,
+            painted,
+        )
+        draw_outlines(raster.triangle, picture.part, painted)
+        image = floor.image.copy()
+        finish(
+            raster.triangle,
+            painted,
+            floor.points,
+            floor.strength,
+            sun.lights,
+            sun.depths,
+            sun.samples,
+            image,
+        )
+        return image
 
 
 def _in_pixels(projected: Array, camera: Camera, width: int, height: int) -> Array:
@@ -89,58 +142,36 @@ def _in_metres(
 
 
 class _Sun:
-    """Parallel light from above the camera's left shoulder, and what lies in shadow of it."""
+    """Parallel light from above the camera's left shoulder, and what lies in shadow of it.
+
+    `lights`, `depths` and `samples` are what `lit_share` is given.
+    """
 
     def __init__(self, picture: Picture, camera: Camera, light: Light) -> None:
         right, _, forward = camera.axes
         towards = np.array([0.0, 0.0, 1.0]) - 0.30 * right - 0.70 * forward * [1.0, 1.0, 0.0]
-        self.direction = towards / np.linalg.norm(towards)
-        self.blur = light.blur
-        self.size = light.shadow_map
+        direction = towards / np.linalg.norm(towards)
+        self.lights = np.zeros((5, 4))
+        self.lights[0, :3] = direction
+        self.lights[1, :3] = light.sun, light.sky, light.ground
+        self.depths, self.samples = np.empty((0, 0)), np.empty((0, 3))
         vertices = picture.mesh.vertices
         if not len(vertices):
-            self.depths = None
             return
-        centre = vertices.mean(axis=0)
-        view = Camera(centre + 10.0 * self.direction, centre, perspective=False)
-        self.view = view.fitted(vertices, margin=0.05)  # empty at its rim
-        pixels = _in_pixels(self.view.project(vertices), self.view, self.size, self.size)
-        self.depths = rasterise(pixels[picture.mesh.triangles], self.size, self.size).nearness
-
-    def reaches(self, points: Array) -> Array:
-        """Return the share (n,) of the sun that reaches world points (n, 3)."""
-        share = np.ones(len(points))
-        if self.depths is None:
-            return share
-        at = _in_pixels(self.view.project(points), self.view, self.size, self.size)
-        window = self.view.window
-        per_metre = self.size / np.array([window[1] - window[0], window[3] - window[2]])
-        offsets = _DISC * self.blur
-        slack = (0.006 + np.hypot(*offsets.T)) / self.view.distance
-        lit_share(at, self.depths, offsets * per_metre, slack, share)
-        return share
-
-
-@entrance
-def lit_share(
-    at: np.ndarray, depths: np.ndarray, offsets: np.ndarray, slack: np.ndarray, share: np.ndarray
-) -> None:
-    """Write the share [n] of the samples around each point at [n, 3] that nothing is nearer than.
-
-    Points and the samples' `offsets` [k, 2] are in pixels of the map `depths` [h, w]; a point
-    outside it keeps its share.
-    """
-    height, width = depths.shape
-    for i in range(at.shape[0]):
-        x, y = at[i, 0], at[i, 1]
-        if not (0.0 < x < width and 0.0 < y < height):
-            continue
-        lit = 0
-        for k in range(offsets.shape[0]):
-            column = min(max(int(x + offsets[k, 0]), 0), width - 1)
-            row = min(max(int(y + offsets[k, 1]), 0), height - 1)
-            lit += depths[row, column] <= at[i, 2] + slack[k]
-        share[i] = lit / offsets.shape[0]
+        centre, size = vertices.mean(axis=0), light.shadow_map
+        view = Camera(centre + 10.0 * direction, centre, perspective=False)
+        view = view.fitted(vertices, margin=0.05)  # empty at its rim
+        ends = np.vstack([np.zeros(3), np.eye(3)])
+        origin, *axes = _in_pixels(view.project(ends), view, size, size)
+        self.lights[2:5, :3] = np.column_stack([axis - origin for axis in axes])
+        self.lights[2:5, 3] = origin
+        pixels = vertices @ self.lights[2:5, :3].T + origin
+        self.depths = rasterise(pixels[picture.mesh.triangles], size, size).nearness
+        window = view.window
+        per_metre = size / np.array([window[1] - window[0], window[3] - window[2]])
+        offsets = _DISC * light.blur
+        slack = (0.006 + np.hypot(*offsets.T)) / view.distance
+        self.samples = np.column_stack([offsets * per_metre, slack])
 
 
 def _disc(count: int) -> Array:
@@ -153,18 +184,34 @@ def _disc(count: int) -> Array:
 _DISC = _disc(14)
 
 
-def _floor(camera: Camera, width: int, height: int, sun: _Sun, light: Light, image: Array) -> None:
-    """Paint the floor z = 0, which fades into white, into every sample of the image."""
-    points, fade = np.empty((height, width, 2)), np.empty((height, width))
-    view = _view(camera, (height, width))
-    meet_floor(view, camera.perspective, camera.target, light.fade, points, fade)
-    fade *= _vignette(width, height)
-    seen = fade > 0.004
-    reached = np.ones((height, width))
-    on_floor = points[seen]
-    reached[seen] = sun.reaches(np.column_stack([on_floor, np.zeros(len(on_floor))]))
-    lines = np.array([light.grid, light.grid_line, light.grid_strength, light.floor_shadow])
-    paint_floor(points, fade, reached, lines, image)
+class _Floor:
+    """The floor z = 0 without shadows, which fades into what is behind, as a camera sees it.
+
+    `points` (h, w, 2) [m] are where on it each pixel looks, `strength` (h, w) that of shadows.
+    """
+
+    def __init__(self, camera: Camera, shape: tuple[int, int], light: Light) -> None:
+        self._camera = camera
+        height, width = shape
+        self.points, fade = np.empty((height, width, 2)), np.empty((height, width))
+        meet_floor(_view(camera, shape), camera.target, light.fade, self.points, fade)
+        if light.vignette:
+            fade *= _vignette(width, height)
+        down = np.linspace(0.0, 1.0, height)[:, None]
+        behind = (1.0 - down) * np.array(light.above) + down * np.array(light.horizon)
+        lines = np.array([light.grid, light.grid_line, light.grid_strength])
+        self.image = np.empty((height, width, 3))
+        paint_grid(self.points, fade, lines, np.vstack([behind, light.floor]), self.image)
+        self.strength = light.floor_shadow * fade
+
+    def seen_by(self, camera: Camera) -> bool:
+        """Tell whether it is the same camera's."""
+        mine = self._camera
+        return (
+            np.array_equal(mine.eye, camera.eye)
+            and np.array_equal(mine.target, camera.target)
+            and (mine.window, mine.perspective) == (camera.window, camera.perspective)
+        )
 
 
 def _vignette(width: int, height: int) -> Array:
@@ -175,39 +222,11 @@ def _vignette(width: int, height: int) -> Array:
     return ramp * ramp * (3.0 - 2.0 * ramp)
 
 
-def _paint_bodies(
-    image: Array,
-    raster: Raster,
-    corners: Array,
-    picture: Picture,
-    camera: Camera,
-    sun: _Sun,
-    light: Light,
-) -> None:
-    pixels = np.argwhere(raster.triangle >= 0)
-    seen = np.empty((len(pixels), 9))
-    look(
-        pixels,
-        raster.triangle,
-        raster.nearness,
-        corners,
-        picture.mesh.normals[picture.mesh.triangles],
-        _view(camera, raster.triangle.shape),
-        camera.perspective,
-        seen,
-    )
-    reached = np.zeros(len(pixels))
-    facing = seen[:, 3:6] @ sun.direction > 0.0
-    reached[facing] = sun.reaches(seen[facing, :3] + 0.004 * seen[facing, 3:6])
-    colours = picture.rgb[picture.part] ** _GAMMA
-    lights = np.array([sun.direction, [light.sun, light.sky, light.ground]])
-    shade(pixels, raster.triangle, seen, reached, colours, lights, _BRIGHTNESS, image)
-
-
 def _view(camera: Camera, shape: tuple[int, int]) -> Array:
-    """Return eye, first ray, step of a row, of a column, and way to the picture plane (5, 3)."""
+    """Return eye, first ray, step of a row, of a column, way to the picture plane, kind (6, 3)."""
     right, up, forward = camera.axes
     x, y = _in_metres(np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), camera, shape)
     straight = camera.distance * forward
     first = x[0] * right + y[0] * up + straight
-    return np.array([camera.eye, first, (y[1] - y[0]) * up, (x[2] - x[0]) * right, straight])
+    kind = np.full(3, float(camera.perspective))
+    return np.array([camera.eye, first, (y[1] - y[0]) * up, (x[2] - x[0]) * right, straight, kind])

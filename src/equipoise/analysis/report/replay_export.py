@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from equipoise.analysis.rendering.scene_meshes import Part, SceneMeshes
+from equipoise.analysis.rendering.part import Part
+from equipoise.analysis.rendering.scene_meshes import robot_parts
 from equipoise.analysis.rendering.sole_arrows import outer_sides, sole_arrow, sole_contacts
+from equipoise.analysis.rendering.stands import stands
 from equipoise.analysis.rendering.tessellation import tessellate
-from equipoise.collision.scene import Scene
 from equipoise.runlog import Run
 from equipoise.scenarios import schema
 from equipoise.simulation.build.setup import Setup
@@ -79,7 +80,8 @@ def _frames(run: Run) -> Indices:
 
 def _parts(setup: Setup, sliders: list[str]) -> dict[Key, list[Part]]:
     groups: dict[Key, list[Part]] = {}
-    for part in SceneMeshes(Scene(setup.robot)).parts:
+    moving = frozenset(setup.sliders)
+    for part in (*robot_parts(setup.robot), *stands(setup.scene, moving)):
         groups.setdefault((part.joint, _colour(part.rgb)), []).append(part)
     scene, joints = setup.scene, setup.robot.model.njoints
     for body in scene.bodies:

@@ -1,0 +1,1 @@
+"""What robots look like where their collision shapes do not tell."""

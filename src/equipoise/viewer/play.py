@@ -1,0 +1,174 @@
+"""Drag and ask: a robot in the browser with a handle on each hand, and words for what stops it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from html import escape
+from itertools import permutations
+
+import numpy as np
+import viser
+
+from equipoise.analysis.rendering.scene_meshes import robot_parts
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.robots import Robot
+from equipoise.viewer.drawing import Drawing
+from equipoise.viewer.floor_and_sky import add_floor_and_sky
+from equipoise.viewer.plain_text import in_markdown
+from equipoise.viewer.play_session import PlaySession, Reason
+from equipoise.viewer.server import ViewerServer
+
+PICTURES = 30.0  # [1/s] at most
+ASKED = 0.4  # [s] between two questions why: an answer solves the hierarchy several times
+LIT, OPACITY, OUTSET = (225, 40, 30), 0.75, 0.003  # colour, and [m] outwards
+HANDLE = 0.22  # [m]
+REAL = 0.95  # share of real time that counts as real time
+MOST_ORDERED = 3  # hands of which every order is offered
+ABOUT = (
+    "Drag a handle. The hands follow in their order; feet stay, joint limits and balance hold. "
+    "What stops a hand is red, and said below. *What moves is the reference: no torque law and no "
+    "engine runs here (`equipoise run press --view` has both).*"
+)
+
+
+class Play:
+    """Shows a session in a guarded server; `start` lets it run until `stop`."""
+
+    def __init__(self, robot: Robot, server: ViewerServer) -> None:
+        self.session, self._server = PlaySession(robot), server.viser
+        self._evaluator = KinematicsEvaluator(robot)
+        self._still = np.zeros(robot.nv)
+        self._parts = robot_parts(robot)
+        scene = self._server.scene
+        add_floor_and_sky(scene)
+        scene.configure_default_lights(cast_shadow=False)
+        self._drawing = Drawing(scene, "/robot", self._parts, robot.model.parents)
+        self._lit: dict[int, Drawing] = {}
+        self._server.initial_camera.position = (1.9, -1.5, 1.3)
+        self._server.initial_camera.look_at = (0.15, 0.0, 0.7)
+        self.handles = {hand: self._add_handle(hand) for hand in self.session.all_hands}
+        self.orders = _orders(self.session.all_hands)
+        self._add_panel(robot)
+        self._ended = threading.Event()
+        self._asked, self._reason = -np.inf, Reason()
+        self._thread: threading.Thread | None = None
+        self.show()
+
+    def start(self) -> None:
+        """Let the robot follow its handles, in a thread of its own."""
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join(timeout=5.0)
+
+    def show(self) -> None:
+        """Draw the robot as it is, and say what stops its hands."""
+        kin = self._evaluator.at(self.session.q, self._still)
+        now = time.perf_counter()
+        if now - self._asked > ASKED:
+            self._asked, self._reason = now, self.session.reason()
+        reason = self._reason
+        with self._server.atomic():
+            self._drawing.place(kin.pin_data.oMi)
+            self._light(reason.joints)
+            for joint in reason.joints:
+                if joint in self._lit:
+                    self._lit[joint].place(kin.pin_data.oMi)
+        text = reasons_as_html(reason)
+        if text != self._said.content:
+            self._said.content = text
+
+    def _run(self) -> None:
+        period, told = 1.0 / PICTURES, 0.0
+        while not self._ended.is_set():
+            began = time.perf_counter()
+            self.session.run(period)
+            self.show()
+            took = time.perf_counter() - began
+            if began - told > 1.0:
+                told = began
+                self._speed.content = speed_in_words(period / max(took, period))
+            self._ended.wait(max(0.0, period - took))
+
+    def _add_handle(self, hand: str) -> viser.TransformControlsHandle:
+        handle = self._server.scene.add_transform_controls(
+            f"/handles/{hand}",
+            scale=HANDLE,
+            disable_rotations=True,
+            position=self.session.targets[hand],
+            depth_test=False,
+        )
+        handle.on_update(lambda event: self.session.drag(hand, np.array(event.target.position)))
+        return handle
+
+    def _add_panel(self, robot: Robot) -> None:
+        gui = self._server.gui
+        gui.add_markdown(f"**{in_markdown(robot.name)}**\n\n{ABOUT}")
+        order = gui.add_dropdown("Order", tuple(self.orders), initial_value=next(iter(self.orders)))
+        order.on_update(lambda event: self._reorder(str(event.target.value)))
+        back = gui.add_button("Handles back to the start")
+        back.on_click(lambda _: self.take_back())
+        self._said = gui.add_html(reasons_as_html(Reason()))
+        self._speed = gui.add_markdown("")
+        gui.main_panel.dock_right()
+
+    def take_back(self) -> None:
+        """Put every handle, and the hand with it, where it was at the start."""
+        kin = self.session.robot.at(self.session.robot.q_half_sitting)
+        for hand, handle in self.handles.items():
+            handle.position = kin.placement(hand).translation
+            self.session.drag(hand, np.array(handle.position))
+
+    def _reorder(self, name: str) -> None:
+        hands, together = self.orders[name]
+        self.session.order(hands, together=together)
+
+    def _light(self, joints: Sequence[int]) -> None:
+        """Show the links behind these joints in red, and no others."""
+        for joint in joints:
+            parts = [part for part in self._parts if part.joint == joint]
+            if joint not in self._lit and parts:
+                self._lit[joint] = Drawing(
+                    self._server.scene,
+                    f"/lit/{joint}",
+                    parts,
+                    colour=LIT,
+                    opacity=OPACITY,
+                    inset=-OUTSET,
+                )
+        for joint, drawing in self._lit.items():
+            drawing.set_visible(joint in joints)
+
+
+def _orders(hands: Sequence[str]) -> dict[str, tuple[tuple[str, ...], bool]]:
+    """Return what the list of orders offers: hands, and whether they share a level."""
+    found: dict[str, tuple[tuple[str, ...], bool]] = {}
+    ordered = list(permutations(hands)) if len(hands) <= MOST_ORDERED else [tuple(hands)]
+    for one in ordered:
+        found[" before ".join(one)] = (one, False)
+    if len(hands) > 1:
+        found["all on one level (weights)"] = (tuple(hands), True)
+        for hand in hands:
+            found[f"only {hand}"] = ((hand,), False)
+    return found
+
+
+def reasons_as_html(reason: Reason) -> str:
+    """Return what is said of the hands that are short."""
+    if not reason.sentences:
+        return '<p style="margin: 0.4em 1em" id="equipoise-reasons">Every hand can follow.</p>'
+    rows = "".join(f"<li>{escape(sentence)}</li>" for sentence in reason.sentences)
+    return f'<ul style="margin: 0.4em 1em; color: #b3261e" id="equipoise-reasons">{rows}</ul>'
+
+
+def speed_in_words(share: float) -> str:
+    """Return how fast it runs, as a share of real time."""
+    if share >= REAL:
+        return "*At real time.*"
+    return f"*Slower than real time: {share:.0%} of it.*"

@@ -1,4 +1,4 @@
-"""What a swinging leg weighs in: how far it moves the zero-moment point for each m/s^2 of its foot."""
+"""What a swinging leg weighs in: the way of the zero-moment point for each m/s^2 of its foot."""
 
 from __future__ import annotations
 

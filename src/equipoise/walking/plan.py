@@ -62,6 +62,14 @@ class WalkPlan:
                 return one
         return None
 
+    def stance_before(self, step: PlannedStep) -> Stance:
+        """Return where the feet stand when a step is lifted, by plan."""
+        stance = self.stance
+        for one in self.steps:
+            if one.number < step.number:
+                stance = with_foot(stance, one.foot, one.footstep.T_world_sole)
+        return stance
+
     def stance_at(self, t: float) -> Stance:
         """Return where the feet stand, or are put down next, at time `t` [s] by plan."""
         stance = self.stance
@@ -186,9 +194,7 @@ class WalkPlanner:
         go(timing.settle, middle, True)
         return moves
 
-    def _path(
-        self, start: float, state: CentreState, moves: list[ZmpMove]
-    ) -> CentrePath:
+    def _path(self, start: float, state: CentreState, moves: list[ZmpMove]) -> CentrePath:
         omega = self.settings.omega
         if self.settings.mode is WalkMode.SLOW:
             slow = [CentreMove(one.duration, one.goal) for one in moves]

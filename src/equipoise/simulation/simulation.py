@@ -14,6 +14,7 @@ from equipoise.simulation.build.assemble import Assembly, Prepared, assemble
 from equipoise.simulation.object_log import ObjectLog
 from equipoise.simulation.operator import Operator, OperatorPort
 from equipoise.simulation.recorder import Recorder
+from equipoise.simulation.walk import WalkDriver
 from equipoise.wbc import WholeBodyCommand
 
 
@@ -33,6 +34,10 @@ class Simulation:
         self.dt = scenario.control.period
         self.steps = round(scenario.duration / self.dt)
         self.objects = ObjectLog(self.engine)
+        walk = self.assembly.walk
+        self.walk = (
+            None if walk is None else WalkDriver(walk, self.setup, self.controller, self.engine)
+        )
         self.recorder = Recorder(self.assembly)
         self.tick_ns = np.zeros((self.steps, 2), dtype=np.int64)
         self.operator_port: OperatorPort | None = None
@@ -42,13 +47,16 @@ class Simulation:
     def channels(self) -> list[Channel]:
         """What every tick logs."""
         operated = self.operator_port.channels if self.operator_port is not None else []
-        return self.recorder.channels + self.plant.channels + self.objects.channels + operated
+        walked = self.walk.channels if self.walk is not None else []
+        plant = self.plant.channels + self.objects.channels
+        return self.recorder.channels + plant + walked + operated
 
     @property
     def story(self) -> tuple[str, ...]:
         """What a person changed and what the supervisor did, in sentences."""
         changes = self.operator_port.changes if self.operator_port is not None else []
-        return (*self.assembly.told, *changes, *self.controller.story)
+        walked = self.walk.story if self.walk is not None else ()
+        return (*self.assembly.told, *changes, *walked, *self.controller.story)
 
     def operate(self, operator: Operator) -> None:
         """Let someone change pushes, gains and wanted forces while it runs."""
@@ -74,6 +82,8 @@ class Simulation:
             self.recorder.write(t, state, command, after)
             self.plant.write_readings(record)
             self.objects.write(record)
+            if self.walk is not None:
+                self.walk.write(record)
             if port is not None:
                 port.after_tick(t, record)
             yield t, record
@@ -83,9 +93,11 @@ class Simulation:
         """Return the command at time `t` [s]: measured, supervised, perhaps a tick too late."""
         controller, plant = self.controller, self.plant
         reading = plant.read(state)
+        if self.walk is not None:
+            self.walk.before_tick(t, reading)
         if self._command is not None and plant.tick_is_missed():
             self._command = controller.hold(t, self._command)
             return self._command
-        held = plant.multipliers(reading, self.setup.schedule.at(t))
+        held = plant.multipliers(reading, controller.supports.at(t))
         self._command = controller.step(t, reading.q, reading.v, held)
         return self._command

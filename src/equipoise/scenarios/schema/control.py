@@ -26,7 +26,8 @@ class GainsSpec(Section):
     matrix at each palm: stiffer wrists, for who carries what is not told.
 
     `projector`: `euclidean` is Q_phi as printed, `damping` the projector that is orthogonal in K_d
-    (docs: the law); left out it is `damping` where the adviser chooses gains for a soft floor.
+    (docs: the law); left out it is `damping` where the adviser chooses gains for a soft floor, and
+    where the robot walks.
     """
 
     kappa: Positive | None = None
@@ -106,7 +107,7 @@ class ControlSpec(Section):
 
     `distribution` of the base wrench over the soles: `least` cost, or `bounded` so that the floor
     can give the predicted reaction (pressing, in the cones, pressure inside the soles); left out it
-    is `bounded` in the engine mujoco.
+    is `bounded` in the engine mujoco, and where the robot walks.
     `reaction_filter` [s]: how slowly the measured reaction is followed when it is predicted; zero
     takes it at face value, which no delay survives. `soft_floor_delay` [s]: on a floor that gives
     (engine mujoco) the adviser chooses `kappa`, `alpha` and the layer of `sgn_p` so that the loop

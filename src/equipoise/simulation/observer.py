@@ -168,7 +168,7 @@ class Observer:
         numbers = [self.targets.number_of(task.target) for task in tasks]
         frames = list(dict.fromkeys(robot.frame_id(task.frame) for task in tasks))
         soles = [one for one in contacts.contacts if isinstance(one, SoleContact)]
-        edges = 0 if polygon is None else len(polygon.offsets)
+        edges = 0 if polygon is None else 4 * len(contacts.contacts)  # each brings four at most
         self.workspace = Workspace(
             {
                 "tree": tree_of(robot.model, frames),
@@ -184,8 +184,7 @@ class Observer:
         self.targets.fill(parts["targets"])
         self.pairs.fill(parts["pairs"])
         seen = parts["seen"]
-        if polygon is not None:
-            seen.normals[:], seen.offsets[:] = polygon.normals, polygon.offsets
+        seen.offsets[:] = np.inf
         seen.frame[:], seen.first_row[:] = -1, -1
         for k, (task, number) in enumerate(zip(tasks, numbers, strict=True)):
             seen.frame[k], seen.target[k] = frames.index(robot.frame_id(task.frame)), number
@@ -194,6 +193,18 @@ class Observer:
             seen.outline[k] = outline(contact.sole, contact.friction)
         self._tasks, self._soles, self._contacts = tasks, soles, contacts
         self._blocks = self.workspace.floats, self.workspace.integers, self.workspace.tables
+        if polygon is not None:
+            self.stand_on(polygon)
+
+    def stand_on(self, polygon: SupportPolygon | None) -> None:
+        """Measure the centre of mass against this polygon from now on; None: nothing holds it."""
+        seen = self.workspace.parts["seen"]
+        seen.normals[:], seen.offsets[:] = 0.0, np.inf
+        if polygon is None:
+            seen.offsets[:] = -np.inf
+            return
+        count = len(polygon.offsets)
+        seen.normals[:count], seen.offsets[:count] = polygon.normals, polygon.offsets
 
     def write_into(self, record: TickRecord) -> None:
         """Write into this record from now on."""

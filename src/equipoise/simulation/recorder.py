@@ -9,6 +9,7 @@ from equipoise.contacts import ReactionMargins, SoleContact
 from equipoise.control import ControlStatus, Mode
 from equipoise.errors import InputError
 from equipoise.hqp import Status
+from equipoise.motion.levels import polygon_of
 from equipoise.physics import PhysicsState, PushedObject, PushedObjectState
 from equipoise.robots import Robot
 from equipoise.runlog import Channel, TickRecord
@@ -43,6 +44,7 @@ class Recorder:
         self._observer = Observer(
             setup.scene, self.pairs, self.tasks, setup.contacts, setup.polygon
         )
+        self._contacts, self._supports = self.controller.contacts, setup.soles.contacts
         self._wanted = [
             (contact.name, [self.controller.rows[f"{contact.name}/{r}"] for r in contact.regulated])
             for contact in setup.contacts.contacts
@@ -71,6 +73,8 @@ class Recorder:
         self, t: float, state: PhysicsState, command: WholeBodyCommand, after: PhysicsState
     ) -> None:
         """Fill the record of a tick; multipliers are those that act during it."""
+        if self.controller.contacts is not self._contacts:
+            self._follow_supports()
         self._observer.look(
             self.controller.followed_at, state.q, state.v, command.result, after.lam
         )
@@ -85,6 +89,18 @@ class Recorder:
                 view[:] = wanted[rows] if name in held else 0.0
         for view, slider, travel in self._slider_views:
             view[:] = slider.travel, travel(t)[0]
+
+    def _follow_supports(self) -> None:
+        """Measure the balance on the contacts that support now, where they stand."""
+        self._contacts = self.controller.contacts
+        supports = tuple(c for c in self._contacts.contacts if c.supporting)
+        if self.setup.polygon is None or list(map(id, supports)) == list(map(id, self._supports)):
+            return
+        self._supports = supports
+        try:
+            self._observer.stand_on(polygon_of(supports))
+        except InputError:  # a line or a point: no polygon
+            self._observer.stand_on(None)
 
 
 def monitored_pairs(

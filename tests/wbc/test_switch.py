@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 from equipoise import RigidContactEngine, WholeBodyController, get_robot
-from equipoise.contacts import ContactStack, Phase, PhaseSettings
+from equipoise.contacts import ContactStack, Phase, PhaseSettings, PointContact
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.tasks import FramePoseTask
 from equipoise.trajectories import LiveTarget
@@ -126,6 +126,8 @@ def test_wrong_names_are_refused(hrp2):
         controller.switch([])
     with pytest.raises(NameNotFoundError, match="wall"):
         controller.switch(["left_sole"], others=["wall"])
+    with pytest.raises(NameNotFoundError, match="left_soul"):
+        controller.switch(["left_sole"], anchors={"left_soul": pin.SE3.Identity()})
     with pytest.raises(InputError, match="kept"):
         controller.switch(["left_sole"], "momentum")
     assert controller.contacts.rows.keys() == {"left_sole", "right_sole"}
@@ -157,3 +159,23 @@ def test_a_floor_that_gives_way_under_a_loaded_foot_is_survived(hrp2, keep):
     assert guard.story[0].t == pytest.approx(0.202)
     assert worst < 0.25
     assert np.abs(dq[6:]).max() < 0.02  # and back
+
+
+def test_a_hand_is_let_go_and_taken_again_without_a_jump(hrp2):
+    """Contacts beside the supports come and go by name; the supports stay who they are."""
+    palm = hrp2.palms[1].frame
+    p_world = hrp2.at(hrp2.q_half_sitting).placement(palm).translation
+    hand = PointContact("hand", regulated=("fx",), frame=palm, p_world=p_world)
+    controller, engine = standing(hrp2, contacts=[hand], forces={"hand": 5.0})
+    *_, one, before = (command.tau for command in run(controller, engine, 50))
+    feet = ["left_sole", "right_sole"]
+    for others, start in (([], 50), (["hand"], 60), ([], 70)):
+        usual = np.abs(before - one).max()  # from tick to tick
+        controller.switch(feet, others=others)
+        first, *_, one, last = (command.tau for command in run(controller, engine, 10, start))
+        assert list(controller.contacts.rows) == [*feet, *others]
+        assert np.abs(first - before).max() < 2.0 * usual
+        before = last
+    controller.switch(feet[:1])  # the hand stays as it was: away
+    run(controller, engine, 1, 80)
+    assert list(controller.contacts.rows) == feet[:1]

@@ -611,7 +611,6 @@ class WholeBodyController:
                 free.add(name)
         places = {**self._places_of(known - free), **(anchors or {})}
         for name, T in places.items():
-            held.require([name], supporting=True)
             held.anchor(name, T)
         held.let_go(free)
         self._keep = keep

@@ -63,8 +63,10 @@ class Supports:
     def anchor(self, name: str, T_world_anchor: pin.SE3) -> None:
         """Let a sole or a point stand elsewhere from now on.
 
-        Raises: `InputError` for what has no anchor.
+        Raises: `NameNotFoundError`, `InputError` for what has no anchor.
         """
+        if name not in self.contacts:
+            raise NameNotFoundError("contact", name, self.contacts)
         old = self.contacts[name]
         if isinstance(old, SoleContact):
             self.contacts[name] = replace(old, T_world_anchor=T_world_anchor)

@@ -21,7 +21,9 @@ CONTROL = {
     *(*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "tasks", "motion", "control"),
     "renamed",
 }
-BUILT = {*CONTROL, "wbc", "physics", "scenarios", "runlog", "wire", "simulation"}
+BUILT = {
+    *(*CONTROL, "walking", "wbc", "physics", "scenarios", "runlog", "wire", "simulation"),
+}
 
 # room: rooms it may import (itself is always allowed); what stands for itself is listed as a file
 BELOW = {
@@ -41,6 +43,7 @@ BELOW = {
     "hqp": {"errors", "compiled"},
     "tasks": {*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "renamed"},
     "motion": {*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "tasks"},
+    "walking": {*KINEMATIC, "trajectories", "contacts"},
     "control": {*KINEMATIC, "trajectories", "contacts", "hqp", "renamed"},
     "wbc": CONTROL,
     "physics": {*KINEMATIC, "collision", "contacts"},

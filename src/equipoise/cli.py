@@ -499,7 +499,7 @@ def render(run_folder: Path, to: Path | None, fps: int) -> None:
 def verify(groups: tuple[str, ...], as_json: bool) -> None:
     """Measure every equation and claim of the paper against the code.
 
-    GROUP: geometry, motion, dynamics, law, promises, metric; all of them by default.
+    GROUP: geometry, motion, dynamics, law, promises, metric, switch; all of them by default.
     Exit code 0 only if every row holds.
     """
     from equipoise.verify import GROUPS

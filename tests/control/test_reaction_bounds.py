@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import daqp
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 
 from equipoise.contacts import ContactStack, reaction_margins
 from equipoise.control import (
@@ -16,7 +18,10 @@ from equipoise.control import (
     largest_observer_gain,
     observer_delay_margin,
 )
+from equipoise.control.base_wrench.foot_bounds import bounds_of
 from equipoise.control.passivity.gain_advice import delay_margin
+from equipoise.scenarios import read_scenario
+from equipoise.simulation.simulation import Simulation
 from helpers import kinematics, sole_contacts
 
 
@@ -138,3 +143,67 @@ def test_a_foot_near_its_edge_is_reported_before_it_tips(hrp2, stand):
             break
     assert told is not None
     assert told < shift
+
+
+def loaded_knees(hrp2, share):
+    """Return how a heavy robot that leans over its right foot is shared out, and the torques."""
+    q = hrp2.q_half_sitting
+    soles = sole_contacts(hrp2, q)
+    J = ContactStack(soles).jacobian(kinematics(hrp2, q))
+    u = np.concatenate([1.6 * weight(hrp2, shift=(0.01, -0.06)), np.zeros(hrp2.na)])
+    bounds = ReactionBounds(torque_share=share)
+    found = BoundedDistribution(soles, bounds, hrp2)(u, J, np.zeros(12))
+    tau = (u - J.T @ found.F)[6:]
+    return soles, J, u, found, np.abs(tau) / hrp2.tau_max
+
+
+def test_joints_that_carry_are_relieved_as_far_as_the_floor_allows(hrp2):
+    *_, easy, used = loaded_knees(hrp2, 1.0)
+    assert used.max() < 1.0
+    share = 0.9 * used.max()
+    soles, J, u, found, relieved = loaded_knees(hrp2, share)
+    assert relieved.max() == pytest.approx(share, abs=1e-6)
+    assert found.status is DistributionStatus.POSSIBLE
+    assert np.allclose(J[:, :6].T @ found.F, u[:6], atol=1e-6)
+    for k, sole in enumerate(soles):
+        assert reaction_margins(
+            found.predicted[6 * k : 6 * k + 6], sole.sole, sole.friction
+        ).possible
+    costs = np.concatenate([sum(sole.reaction_costs()) for sole in soles])
+    assert np.linalg.norm(costs * found.F) > np.linalg.norm(costs * easy.F)
+
+
+def test_the_relieved_distribution_is_the_optimum_of_another_solver(hrp2):
+    *_, used = loaded_knees(hrp2, 1.0)
+    share = 0.85 * used.max()
+    soles, J, u, found, _ = loaded_knees(hrp2, share)
+    costs = np.concatenate([sum(sole.reaction_costs()) for sole in soles])
+    sides = [bounds_of(sole, ReactionBounds()) for sole in soles]
+    A = np.vstack([J[:, :6].T, block_diag(*(side.A for side in sides)), J[:, 6:].T])
+    high = np.concatenate([u[:6], np.full(sum(len(s.b) for s in sides), 1e9), share * hrp2.tau_max])
+    low = np.concatenate([u[:6], *(side.b for side in sides), -share * hrp2.tau_max])
+    sense = np.zeros(len(low), dtype=np.int32)
+    F, _, flag, _ = daqp.solve(np.diag(costs**2), np.zeros(12), A, high, low, sense)
+    assert flag == 1
+    assert np.allclose(found.F, F, atol=1e-4)
+
+
+def test_what_the_motors_lack_is_shared_out_and_the_floor_comes_first(hrp2):
+    _, J, u, found, used = loaded_knees(hrp2, 0.1)
+    assert used.max() > 0.1
+    assert found.status is DistributionStatus.POSSIBLE  # of the floor
+    assert np.allclose(J[:, :6].T @ found.F, u[:6], atol=1e-6)
+
+
+@pytest.mark.parametrize("controller_period", [0.001, 0.002])
+def test_weak_motors_that_nobody_told_of_are_borne(controller_period):
+    faults = ["physics.engine=mujoco", "duration=0.9", "disturbances.mass_scale=1.7",
+              "faults.torque_share=0.6", f"control.period={controller_period}"]  # fmt: skip
+
+    def lowest(*more):
+        ticks = Simulation(read_scenario("press", [*faults, *more])).ticks()
+        return min(record["q"][2] - record["q_ref"][2] for _, record in ticks)
+
+    sunk = lowest()
+    assert sunk > -0.002
+    assert lowest("control.torque_share=1.0") < 3.0 * sunk

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
-import pytest
 
 from equipoise.contacts import ContactSchedule, ContactStack
 from equipoise.control import (
@@ -15,7 +14,6 @@ from equipoise.control import (
     SignFunction,
     advise_gains,
 )
-from equipoise.errors import InputError
 from helpers import full_stack, random_state, sole_contacts
 
 DT = 1e-3
@@ -66,13 +64,6 @@ def test_the_handed_over_part_fades(hrp2, rng):
     s_free = controller.step(0.7, measured, target).u
     faded = u - s_free
     assert np.linalg.norm(faded) < 2.0 * share * np.linalg.norm(offset) + 1.0
-
-
-def test_supporting_contacts_may_not_change(hrp2):
-    q = hrp2.q_half_sitting
-    controller, _, _ = loaded_controller(hrp2, q)
-    with pytest.raises(InputError, match="supporting"):
-        controller.switch(ContactStack(sole_contacts(hrp2, q)[:1]))
 
 
 def test_taking_over_begins_with_the_measured_torque(hrp2, rng):

@@ -10,7 +10,12 @@ import pytest
 
 from equipoise.contacts import ContactStack
 from equipoise.errors import NameNotFoundError
-from equipoise.physics import PhysicsEngine, PhysicsState, RigidContactEngine
+from equipoise.physics import (
+    PhysicsEngine,
+    PhysicsState,
+    RigidContactEngine,
+    UnilateralContactEngine,
+)
 from equipoise.scenarios import read_scenario
 from equipoise.simulation.build.engines import make_engine
 from equipoise.simulation.build.setup import build_setup
@@ -18,13 +23,18 @@ from helpers import sole_contacts
 
 WANTED = {
     *("external", "sliders", "object_names", "state"),
-    *("step", "stand", "object_pose", "object_twist"),
+    *("step", "stand", "support", "object_pose", "object_twist"),
 }
 
 
 def rigid(robot):
     q = robot.q_half_sitting
     return RigidContactEngine(robot, ContactStack(sole_contacts(robot, q)), q, 1e-3)
+
+
+def unilateral(robot):
+    q = robot.q_half_sitting
+    return UnilateralContactEngine(robot, ContactStack(sole_contacts(robot, q)), q, 1e-3)
 
 
 def in_mujoco(robot):
@@ -35,7 +45,7 @@ def in_mujoco(robot):
     return MujocoEngine(robot, ContactStack(sole_contacts(robot, q)), q, 1e-3)
 
 
-ENGINES = pytest.mark.parametrize("make", [rigid, in_mujoco])
+ENGINES = pytest.mark.parametrize("make", [rigid, unilateral, in_mujoco])
 
 
 def members():

@@ -1,6 +1,6 @@
 """Break each equation in a copy of the code and see that `equipoise verify` notices.
 
-By hand: `python tests/analysis/run_verify_mutations.py [beginning of a name ...]`; some ten
+By hand: `python tests/verify/run_verify_mutations.py [beginning of a name ...]`; some ten
 seconds a mutation. Prints which rows noticed; exit code 1 if a mutation survived.
 """
 

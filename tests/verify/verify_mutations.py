@@ -22,6 +22,7 @@ def _m(equation: str, file: str, before: str, after: str, group: str) -> Mutatio
 
 LAW, MANIFOLDS = "control/passivity/kernels.py", "control/passivity/manifold_kernels.py"
 NEAREST = "control/passivity/nearest_kernels.py"
+SWITCH = "control/passivity/switch.py"
 RIGID, FACTOR = "physics/rigid/kernels.py", "contacts/factor.py"
 FRAME_POSE, RECURSION = "tasks/frame_pose.py", "hqp/solvers/recursion.py"
 COORDINATES = "spatial/coordinates.py"
@@ -97,6 +98,17 @@ MUTATIONS = (
     _m("N: root", "control/passivity/nearest.py", "np.linalg.cholesky(K[::-1, ::-1])[::-1, ::-1]",
        "np.linalg.cholesky(K)", "metric"),
     _m("N: supports", LAW, "total += J[row, c] * dv[c]", "total -= J[row, c] * dv[c]", "metric"),
+    _m("S: what the torque keeps", SWITCH, "(u[k] - w[k])", "(u[k] + w[k])", "switch"),
+    _m("S: force of what was lost", SWITCH, "before[i] = carried[i]", "before[i] = -carried[i]",
+       "switch"),
+    _m("S: projection dropped", SWITCH, "kept[i] = z[i] if i >= rank else 0.0", "kept[i] = z[i]",
+       "switch"),
+    _m("S: integral", SWITCH, "tangent[i] / gains[K_IP]", "-tangent[i] / gains[K_IP]", "switch"),
+    _m("S: metric", SWITCH, "total += unroot[i, k] * kept[k]", "total += unroot[k, i] * kept[k]",
+       "switch"),
+    _m("S: reaction", SWITCH, "G[pivots[k]] = total / L[k, k]", "G[pivots[k]] = -total / L[k, k]",
+       "switch"),
+    _m("S: internal forces", LAW, "left * (found[i] - wish[i])", "0.0 * left", "switch"),
     _m("(22b) growth", MANIFOLDS, "math.exp(-beta_p", "math.exp(beta_p", "promises"),
     _m("(22c) dropped", MANIFOLDS, " - memory[S_P0, i] * forgotten", "", "promises"),
     _m("(22d) sign", MANIFOLDS, "memory[S_QP, i] + k_ip", "memory[S_QP, i] - k_ip", "law"),

@@ -17,6 +17,8 @@ from equipoise.scenarios.read import parse_scenario
 from equipoise.simulation.build.setup import Setup, build_setup
 from equipoise.spatial import Array, Mask
 
+LOADED = 0.2  # share of all load above which a sole of a robot that walks has to stand
+
 
 @dataclass(frozen=True, eq=False)
 class RunContext:
@@ -80,7 +82,19 @@ class RunContext:
         column = ReactionMargins.LABELS.index(kind)
         names = [name for name in self.run.names if name.startswith("margin/")]
         found = {name.removeprefix("margin/"): self.run[name][:, column] for name in names}
+        if self.scenario.walk is not None:
+            found = {name: self._where_loaded(name, values) for name, values in found.items()}
         return {**found, **self._margins_of_feet(kind)}
+
+    def _where_loaded(self, sole: str, margins: Array) -> Array:
+        """Return margins (N,) that are infinite where a sole has no more than a fifth of the load.
+
+        A foot that is being put down or lifted may tip and slip: the other one carries.
+        """
+        names = [name for name in self.run.names if name.startswith("margin/")]
+        loads = {name: self.run[name.replace("margin/", "lam/")][:, 2] for name in names}
+        total = np.sum([np.maximum(load, 0.0) for load in loads.values()], axis=0)
+        return np.where(loads[f"margin/{sole}"] > LOADED * total, margins, np.inf)
 
     def _margins_of_feet(self, kind: str) -> dict[str, Array]:
         """Return the same of feet that are points, which have no pressure and no yaw."""

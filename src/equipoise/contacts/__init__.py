@@ -8,6 +8,7 @@ from equipoise.contacts.moving import (
     StraightMotion,
     SurfaceMotion,
 )
+from equipoise.contacts.phases import ContactPhases, Phase, PhaseChange, PhaseSettings, load_of
 from equipoise.contacts.point import PointContact
 from equipoise.contacts.schedule import ContactSchedule
 from equipoise.contacts.sole import SoleContact
@@ -18,6 +19,7 @@ from equipoise.contacts.wrench_cone import ReactionMargins, margins_of, outline,
 
 __all__ = [
     "Contact",
+    "ContactPhases",
     "ContactSchedule",
     "ContactStack",
     "Factor",
@@ -25,6 +27,9 @@ __all__ = [
     "KernelContact",
     "MotionSample",
     "MovingSurfaceContact",
+    "Phase",
+    "PhaseChange",
+    "PhaseSettings",
     "PointContact",
     "ReactionMargins",
     "SoleContact",
@@ -33,6 +38,7 @@ __all__ = [
     "SupportPolygon",
     "SurfaceContact",
     "SurfaceMotion",
+    "load_of",
     "margins_of",
     "outline",
     "reaction_margins",

@@ -87,6 +87,18 @@ class ContactProgram:
             if straight is not None:
                 part.moves[k], part.motion[k] = 1, straight
 
+    def replace(self, part: Part, contact: Contact) -> None:
+        """Let a contact take the place of the one of its name, which differs in its numbers alone.
+
+        Nothing happens if there is none of the name.
+        """
+        known = list(self.contacts)
+        for k, one in enumerate(known):
+            if one.name == contact.name and isinstance(contact, KernelContact):
+                known[k] = contact
+                part.numbers[k, : len(contact.numbers)] = contact.numbers
+        self.contacts = tuple(known)
+
     def write_places(self, part: Part, t: float) -> None:
         """Ask from Python where surfaces are at time `t` [s] that move by a rule of their own."""
         for k, contact in self.placed:

@@ -33,6 +33,11 @@ class ContactSchedule:
         """The stacks, in the order of time."""
         return tuple(self._stacks)
 
+    @property
+    def changes(self) -> tuple[float, ...]:
+        """When each stack begins to hold [s]."""
+        return tuple(self._starts)
+
     def at(self, t: float) -> ContactStack:
         """Return the stack that holds at time `t` [s]; the same object between two changes."""
         return self._stacks[bisect_right(self._starts, t) - 1]

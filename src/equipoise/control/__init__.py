@@ -4,8 +4,8 @@ from equipoise.control.base_wrench.bounded import (
     BoundedDistribution,
     Distribution,
     DistributionStatus,
-    ReactionBounds,
 )
+from equipoise.control.base_wrench.foot_bounds import ReactionBounds
 from equipoise.control.base_wrench.least import distribute_base_wrench
 from equipoise.control.base_wrench.observer import (
     ReactionObserver,
@@ -28,9 +28,10 @@ from equipoise.control.passivity.gain_advice import (
     advise_gains,
 )
 from equipoise.control.passivity.gains import ControlGains, Projector
-from equipoise.control.passivity.law import PassivityController
+from equipoise.control.passivity.law import Keep, PassivityController
 from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
 from equipoise.control.passivity.nearest import NearestVelocity
+from equipoise.control.passivity.program import LoadSplit
 from equipoise.control.passivity.sign import SignFunction
 from equipoise.control.supervisor import Mode, ModeChange, Supervisor, SupervisorLimits
 from equipoise.renamed import old_names_of
@@ -46,6 +47,8 @@ __all__ = [
     "DistributionStatus",
     "ForceManifold",
     "GainAdvice",
+    "Keep",
+    "LoadSplit",
     "Measurement",
     "Mode",
     "ModeChange",

@@ -14,7 +14,7 @@ import numpy as np
 
 from equipoise.contacts import ContactStack
 from equipoise.contacts.pull import least_regulated
-from equipoise.control.base_wrench.bounded import ReactionBounds
+from equipoise.control.base_wrench.foot_bounds import ReactionBounds
 from equipoise.control.interface import Command, Measurement, Reference
 from equipoise.control.passivity.gain_advice import advise_for_soft_floor, inertia_matrix
 from equipoise.control.passivity.gains import ControlGains

@@ -17,7 +17,7 @@ import pinocchio as pin
 from equipoise.contacts import ContactStack
 from equipoise.contacts.pull import least_regulated
 from equipoise.control.base_from_contacts import BaseFromContacts
-from equipoise.control.base_wrench.bounded import ReactionBounds
+from equipoise.control.base_wrench.foot_bounds import ReactionBounds
 from equipoise.control.interface import (
     Command,
     Controller,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeGuard, TypeVar
 
@@ -241,6 +241,12 @@ class MotionProgram:
                 part.last[one.rows] = max(joint.idx_v + joint.nv for joint in supports)
         for row in np.flatnonzero(part.single >= 0):
             part.first[row], part.last[row] = part.single[row], part.single[row] + 1
+
+    def let_go(self, workspace: Workspace, names: Collection[str]) -> None:
+        """Leave the contacts of these names out of the reference, and hold all others."""
+        held = workspace.parts["tasks"].contact_held
+        for k, contact in enumerate(self.contacts.contacts):
+            held[k] = contact.name not in names
 
     # -- what Python adds every tick ------------------------------------------------------------
 

@@ -3,8 +3,10 @@
 from equipoise.physics.engine import DivergedError, PhysicsEngine, PhysicsState
 from equipoise.physics.pushed_object import PushedObject, PushedObjectMode, PushedObjectState
 from equipoise.physics.rigid.engine import RigidContactEngine, RigidOptions
+from equipoise.physics.rigid.unilateral import ContactEvent, UnilateralContactEngine
 
 __all__ = [
+    "ContactEvent",
     "DivergedError",
     "PhysicsEngine",
     "PhysicsState",
@@ -13,4 +15,5 @@ __all__ = [
     "PushedObjectState",
     "RigidContactEngine",
     "RigidOptions",
+    "UnilateralContactEngine",
 ]

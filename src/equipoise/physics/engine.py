@@ -58,6 +58,13 @@ class PhysicsEngine(Protocol):
     def sliders(self) -> Mapping[PushedObject, PushedObjectState]:
         """How far each pushed object has gone, and what its contact does."""
 
+    def support(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
+        """Let the rows of a sole's contact be those of another place from now on; None: of none.
+
+        What is measured is then in the axes of that place, and a foot in the air violates nothing.
+        Raises: `NameNotFoundError`; `InputError` for an engine whose feet cannot leave the floor.
+        """
+
     @property
     def object_names(self) -> tuple[str, ...]:
         """Names of the loose objects."""

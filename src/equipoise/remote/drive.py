@@ -61,6 +61,11 @@ class RemoteRun(ControlledRun):
                 path="world.sliders",
                 given=sorted(scenario.world.sliders),
             )
+        if scenario.walk is not None:
+            raise ScenarioError(
+                "a robot elsewhere is not told which foot carries, so it cannot walk there yet",
+                path="walk",
+            )
         controls = assemble_controls(scenario, prepared)
         super().__init__(controls, Recorder(controls, {}))
         contacts = self.setup.contacts
@@ -193,7 +198,7 @@ class RemoteRun(ControlledRun):
     def _command(self, t: float, state: RobotState | None) -> WholeBodyCommand:
         """Return the command at time `t` [s], on a state or on nothing."""
         q, v, lam = (state.q, state.v, state.lam) if state is not None else self._nothing
-        held = self._held.rows(self.setup.schedule.at(t))
+        held = self._held.rows(self.controller.supports.at(t))
         return self.controller.step(t, q, v, lam[held])
 
     def _ask(self, t: float, seen: PhysicsState) -> None:

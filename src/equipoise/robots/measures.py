@@ -17,12 +17,14 @@ class Measures:
     """A robot's proportions at half-sitting.
 
     `p_world_shoulders` (3,) [m] is the middle between the shoulders, `reach` [m] the length of a
-    stretched arm from shoulder to palm, `stance` [m] the half depth of the support.
+    stretched arm from shoulder to palm, `stance` [m] the half depth of the support, `height` [m]
+    that of the centre of mass over the soles.
     """
 
     p_world_shoulders: np.ndarray
     reach: float
     stance: float
+    height: float
 
 
 def measure(robot: Robot) -> Measures:
@@ -54,10 +56,12 @@ def measure(robot: Robot) -> Measures:
         for sole in robot.soles
         for corner in sole.corners
     ]
+    floor = [placements.oMf[robot.frame_id(sole.frame)].translation[2] for sole in robot.soles]
     return Measures(
         np.mean(shoulders, axis=0),
         float(np.mean(lengths)),
         float(max(corners) - min(corners)) / 2.0,
+        float(robot.at(robot.q_half_sitting).p_world_com[2] - min(floor)),
     )
 
 

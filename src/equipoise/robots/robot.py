@@ -186,6 +186,18 @@ class Robot:
         """Return the mass [kg] of all that moves: a fixed first link is left out."""
         return float(sum(inertia.mass for inertia in self.model.inertias[1:]))
 
+    def joints_between(self, frame: str | int) -> tuple[int, ...]:
+        """Return the actuated joints between the base and a frame, by their place in v[nv_base:].
+
+        Raises: NameNotFoundError, InputError.
+        """
+        chain = self.model.supports[self.model.frames[self.frame_id(frame)].parentJoint]
+        return tuple(
+            self.model.idx_vs[joint] - self.nv_base
+            for joint in chain
+            if joint >= self.base.first_joint
+        )
+
     def frame_id(self, frame: str | int) -> int:
         """Return Pinocchio's index of a frame by its name, or the index itself if there is one.
 

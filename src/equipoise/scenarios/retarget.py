@@ -24,7 +24,8 @@ def retarget(scenario: Scenario, robot: str) -> Tree:
 
     A point p of the world becomes c' + s (p - c): c and c' are the middles between the shoulders
     of the two robots at half-sitting, s is the ratio of their arms. All lengths scale with s,
-    those of the balance with the depth of the support. Times, forces, masses and what the run
+    those of the balance with the depth of the support, those of a walk with the height of the
+    centre of mass. Times, forces, masses and what the run
     must show stay; links are exchanged by the part of the body that they are.
     Raises: `ScenarioError` if something has no counterpart on the other robot.
     """
@@ -38,6 +39,8 @@ def retarget(scenario: Scenario, robot: str) -> Tree:
         _retarget_contact(contact, change)
     for name, task in tree["tasks"].items():
         _retarget_task(task, change, f"tasks.{name}")
+    if tree.get("walk") is not None:
+        _retarget_walk(tree["walk"], change)
     tree["monitor"] = change.pairs(tree["monitor"], "monitor")
     for payload in tree["disturbances"]["payloads"]:
         change.scale(payload, "at")
@@ -54,6 +57,7 @@ class _Change:
     p_after: np.ndarray
     lengths: float
     stance: float
+    legs: float
 
     @classmethod
     def between(cls, before: Robot, after: Robot) -> _Change:
@@ -65,6 +69,7 @@ class _Change:
             new.p_world_shoulders,
             new.reach / old.reach,
             new.stance / old.stance,
+            new.height / old.height,
         )
 
     def move(self, pose: Tree) -> None:
@@ -147,6 +152,22 @@ def _retarget_contact(contact: Tree, change: _Change) -> None:
     if "surface" in contact:
         change.scale(contact["surface"], "sphere", "cylinder")
         change.move(contact["surface"]["at"])
+
+
+def _retarget_walk(walk: Tree, change: _Change) -> None:
+    """Scale the lengths of a walk; the soles' own margin goes with the depth of the support."""
+
+    def scale(section: Tree | None, *keys: str) -> None:
+        for key in keys:
+            if section is not None and section.get(key) is not None:
+                section[key] = _rounded(change.legs * np.array([section[key]]))[0]
+
+    scale(walk, "crouch")
+    scale(walk["swing"], "height")
+    scale(walk.get("along"), "forward", "left")
+    scale(walk.get("to"), "forward", "side")
+    walk["margin"] = round(change.stance * walk["margin"], 6)
+    walk["inward"] = round(change.stance * walk["inward"], 6)
 
 
 def _retarget_task(task: Tree, change: _Change, path: str) -> None:

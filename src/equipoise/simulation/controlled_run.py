@@ -41,7 +41,12 @@ class ControlledRun(ABC):
     def story(self) -> tuple[str, ...]:
         """What a person changed and what the supervisor did, in sentences."""
         changes = self.operator_port.changes if self.operator_port is not None else []
-        return (*self.controls.told, *changes, *self.controller.story)
+        return (*self.controls.told, *changes, *self.happened, *self.controller.story)
+
+    @property
+    def happened(self) -> tuple[str, ...]:
+        """What else happened on the way, in sentences."""
+        return ()
 
     def operate(self, operator: Operator) -> None:
         """Let someone change pushes, gains and wanted forces while it runs."""

@@ -80,7 +80,7 @@ class Recorder:
         self._mode[0] = MODE_CODES[command.mode]
         self.controller.motion.measure_levels(self._slack)
         if self._wanted_views:
-            held, wanted = self.setup.schedule.at(t).rows, self.controller.wanted
+            held, wanted = self.controller.contacts.rows, self.controller.wanted
             for name, view, rows in self._wanted_views:
                 view[:] = wanted[rows] if name in held else 0.0
         for view, slider, travel in self._slider_views:

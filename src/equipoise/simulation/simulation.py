@@ -12,6 +12,7 @@ from equipoise.simulation.build.assemble import Assembly, Prepared, assemble
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.object_log import ObjectLog
 from equipoise.simulation.recorder import Recorder
+from equipoise.simulation.walk import WalkDriver
 from equipoise.wbc import WholeBodyCommand
 
 
@@ -27,12 +28,22 @@ class Simulation(ControlledRun):
         self.plant, self.engine = self.assembly.plant, self.assembly.engine
         super().__init__(self.assembly, Recorder(self.assembly, self.engine.sliders))
         self.objects = ObjectLog(self.engine)
+        walk = self.assembly.walk
+        self.walk = (
+            None if walk is None else WalkDriver(walk, self.setup, self.controller, self.engine)
+        )
         self._command: WholeBodyCommand | None = None
 
     @property
     def robot_channels(self) -> list[Channel]:
-        """What the sensors and motors did, and where loose objects are."""
-        return self.plant.channels + self.objects.channels
+        """What the sensors and motors did, where loose objects are, how the walk goes."""
+        walked = self.walk.channels if self.walk is not None else []
+        return self.plant.channels + self.objects.channels + walked
+
+    @property
+    def happened(self) -> tuple[str, ...]:
+        """What happened to the feet of a walk, in sentences."""
+        return self.walk.story if self.walk is not None else ()
 
     def ticks(self, record: TickRecord | None = None) -> Iterator[tuple[float, TickRecord]]:
         """Run; yield time and record of each tick. `lam` acts during the tick.
@@ -54,6 +65,8 @@ class Simulation(ControlledRun):
             self.recorder.write(t, state, command, after)
             self.plant.write_readings(record)
             self.objects.write(record)
+            if self.walk is not None:
+                self.walk.write(record)
             if port is not None:
                 port.after_tick(t, record)
             yield t, record
@@ -63,9 +76,11 @@ class Simulation(ControlledRun):
         """Return the command at time `t` [s]: measured, supervised, perhaps a tick too late."""
         controller, plant = self.controller, self.plant
         reading = plant.read(state)
+        if self.walk is not None:
+            self.walk.before_tick(t, reading)
         if self._command is not None and plant.tick_is_missed():
             self._command = controller.hold(t, self._command)
             return self._command
-        held = plant.multipliers(reading, self.setup.schedule.at(t))
+        held = plant.multipliers(reading, controller.supports.at(t))
         self._command = controller.step(t, reading.q, reading.v, held)
         return self._command

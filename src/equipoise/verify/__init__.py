@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from equipoise.errors import NameNotFoundError
-from equipoise.verify import dynamics, geometry, law, metric, motion, promises
+from equipoise.verify import dynamics, geometry, law, metric, motion, promises, switching
 from equipoise.verify.evidence import Evidence
 from equipoise.verify.row import Check, Measured, Verdict
 
@@ -16,6 +16,7 @@ GROUPS: dict[str, tuple[Check, ...]] = {
     "law": law.CHECKS,
     "promises": promises.CHECKS,
     "metric": metric.CHECKS,
+    "switch": switching.CHECKS,
 }
 
 __all__ = ["GROUPS", "Check", "Evidence", "Measured", "Verdict", "verify"]

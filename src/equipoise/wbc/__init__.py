@@ -2,11 +2,13 @@
 
 from equipoise.wbc.controller import NewController, WholeBodyCommand, WholeBodyController
 from equipoise.wbc.doors import LoopSettings
+from equipoise.wbc.losses import LossGuard
 from equipoise.wbc.settings import ControlSettings
 
 __all__ = [
     "ControlSettings",
     "LoopSettings",
+    "LossGuard",
     "NewController",
     "WholeBodyCommand",
     "WholeBodyController",

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from equipoise.compiled.workspace import Workspace
-from equipoise.contacts import Contact, ContactSchedule, ContactStack
+from equipoise.contacts import (
+    Contact,
+    ContactSchedule,
+    ContactStack,
+    PointContact,
+    SoleContact,
+)
 from equipoise.contacts.pull import least_wanted, refuse_pull
 from equipoise.control import (
     Command,
@@ -20,7 +26,7 @@ from equipoise.control import (
     Reference,
     Supervisor,
 )
-from equipoise.control.passivity.law import STATUS, require_support
+from equipoise.control.passivity.law import KEEPS, STATUS, Keep, require_support
 from equipoise.control.passivity.program import LawProgram
 from equipoise.control.supervisor import Mode
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
@@ -49,6 +55,7 @@ from equipoise.trajectories.scalars import (
 from equipoise.wbc.doors import Forces, LoopSettings, Opened, Wish, mount, stand
 from equipoise.wbc.memory import FADING, PERIOD, POSTURE_ERROR, TILT, meeting_shapes
 from equipoise.wbc.settings import ControlSettings
+from equipoise.wbc.supports import Supports
 from equipoise.wbc.tick import (
     ASKED,
     BEGIN_LAW,
@@ -163,8 +170,9 @@ class WholeBodyController:
         self.dt = require_period(settings.period)
         if isinstance(contacts, ContactStack):
             contacts = ContactSchedule(contacts.contacts, {})
-        self.schedule = contacts
+        self.schedule, self.supports = contacts, Supports(contacts)
         self._held = contacts.at(0.0)
+        self._keep: Keep = "torque"
         require_support(robot, self._held)
         self._take_wanted(contacts.contacts, dict(wanted_forces or {}))
         q = real_vector("q_start", q_start, robot.nq)
@@ -176,7 +184,7 @@ class WholeBodyController:
                 remedy="Leave out the governor, or the windows of the contacts",
             )
         self.motion.lay_out_again = self._lay_out_again
-        self._law_program = LawProgram(robot, contacts.contacts, settings.bounds)
+        self._law_program = LawProgram(robot, contacts.contacts, settings.bounds, settings.split)
         self._lay_out(self._law_program)
         self.law: PassivityController | None = None
         self.controller: Controller
@@ -336,6 +344,7 @@ class WholeBodyController:
         }  # fmt: skip
         self.workspace.restore(kept)
         self.offsets[:] = offsets
+        self._write_supports()
         self._fused = self._runs_in_one_call()
         self._hold(self._held)
 
@@ -346,7 +355,8 @@ class WholeBodyController:
         settings = self.settings
         return PassivityController(
             self.robot, self._held, settings.gains, self.dt, bounds=settings.bounds,
-            filter_time=settings.filter_time, inside=(self.workspace, self._law_program, MEASURED),
+            filter_time=settings.filter_time, split=settings.split,
+            inside=(self.workspace, self._law_program, MEASURED),
         )  # fmt: skip
 
     def _write_meeting(self) -> None:
@@ -418,10 +428,9 @@ class WholeBodyController:
         (r,) or by the name of the contact. Never raises on values, never exceeds a torque limit.
         Raises: `ShapeError`, `InputError` for what is no array of the right size.
         """
-        stack = self.schedule.at(t)
+        stack = self.supports.at(t)
         if stack is not self._held:
-            self.controller.switch(stack)
-            self._hold(stack)
+            self._go_over(stack)
         q, v, lam = self._checked(q, v, wrenches)
         self.motion.stamp += 1
         followed = self._follow(t)
@@ -516,10 +525,9 @@ class WholeBodyController:
 
         For a tick in which nothing was measured or the controller comes too late.
         """
-        stack = self.schedule.at(t)
+        stack = self.supports.at(t)
         if stack is not self._held:
-            self.controller.switch(stack)
-            self._hold(stack)
+            self._go_over(stack)
         self.motion.stamp += 1
         followed = self._follow(t)
         if self._given:
@@ -567,6 +575,78 @@ class WholeBodyController:
         """
         self.controller.take_over(tau)
 
+    def switch(
+        self,
+        supports: Sequence[str],
+        keep: Keep = "torque",
+        *,
+        others: Sequence[str] | None = None,
+        anchors: Mapping[str, pin.SE3] | None = None,
+    ) -> None:
+        """Let these contacts support the base from the next tick on, and no others.
+
+        `supports` are names of supporting contacts, `others` of those that hold besides (None: as
+        they do now); within their windows, if they have any. What the torque carried is mapped to
+        the contacts that hold then (docs/switching): `keep` the "torque" continuous, or the
+        "energy" where a loaded contact was lost. `anchors` tell where soles or points stand now, by
+        name; one that comes without stands where the reference has it. The reference holds the feet
+        that support, if a `ContactTask` does; a foot that is let go follows its other tasks.
+        Wrenches are those of the contacts that hold.
+        Raises: `NameNotFoundError`, `InputError` if nothing is left that supports.
+        """
+        if keep not in KEEPS:
+            raise InputError("unknown what is to be kept", given=keep, known=list(KEEPS))
+        held, known = self.supports, set(self.supports.free)
+        held.require(supports, supporting=True)
+        held.require(others or (), supporting=False)
+        if self.robot.nv_base and not supports:
+            raise InputError(
+                "no contact is left to support the base",
+                known=held.names(supporting=True),
+                remedy="Name at least one that supports",
+            )
+        free = {name for name in held.names(supporting=True) if name not in supports}
+        for name in held.names(supporting=False):
+            if (name in known) if others is None else (name not in others):
+                free.add(name)
+        places = {**self._places_of(known - free), **(anchors or {})}
+        for name, T in places.items():
+            held.require([name], supporting=True)
+            held.anchor(name, T)
+        held.let_go(free)
+        self._keep = keep
+        self._write_supports()
+
+    def _places_of(self, names: Iterable[str]) -> dict[str, pin.SE3]:
+        """Return where the reference has the frames of soles and points."""
+        kin = self.robot.at(self.workspace.parts["reference"].q.copy())
+        found = {}
+        for name in names:
+            contact = self.supports.contacts[name]
+            if isinstance(contact, SoleContact):
+                found[name] = kin.placement(contact.frame)
+            elif isinstance(contact, PointContact):
+                T = kin.placement(contact.frame)
+                found[name] = pin.SE3(T.rotation, T.act(np.array(contact.offset)))
+        return found
+
+    def _write_supports(self) -> None:
+        """Tell law and reference where contacts stand now, and the reference which are let go."""
+        parts, motion = self.workspace.parts, self.motion.program
+        for contact in self.supports.moved:
+            self._law_program.contacts.replace(parts["law_contacts"], contact)
+            motion.contacts.replace(parts["contacts"], contact)
+        motion.let_go(self.workspace, self.supports.free)
+
+    def _go_over(self, stack: ContactStack) -> None:
+        """Let the contacts of a stack hold from this tick on."""
+        if self.law is not None:
+            self.law.switch(stack, self._keep)
+        else:
+            self.controller.switch(stack)
+        self._keep = "torque"
+        self._hold(stack)
+
     @property
     def story(self) -> tuple[str, ...]:
         """Every change of the mode, and what soles were about to do, in sentences."""
@@ -579,11 +659,12 @@ class WholeBodyController:
 
     def state(self) -> dict[str, Any]:
         """Return a copy of the whole memory: reference, working sets, law and supervisor."""
-        held = next(i for i, one in enumerate(self.schedule.stacks) if one is self._held)
         state = {
             "workspace": self.workspace.memory(),
             "supervisor": self.supervisor.state(),
-            "held": held,
+            "held": tuple(self._held.rows),
+            "supports": self.supports.state(),
+            "keep": self._keep,
         }
         if self.law is None:
             state["controller"] = self.controller.state()
@@ -591,7 +672,10 @@ class WholeBodyController:
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Continue from a memory that `state` returned: the same inputs then give the same bits."""
-        stack = self.schedule.stacks[state["held"]]
+        self.supports.restore(state["supports"])
+        self._write_supports()
+        self._keep = state["keep"]
+        stack = self.supports.named(state["held"])
         if self.law is not None:
             self.law.hold(stack)
         self._hold(stack)

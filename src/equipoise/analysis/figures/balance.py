@@ -53,6 +53,7 @@ def balance_figure(context: RunContext) -> Figure | None:
     soles = [name for name in context.run if name.startswith("margin/") and context.has(name)]
     margins = [m for m in _MARGINS if any(m[0] in _labels(context, sole) for sole in soles)]
     seen_from_above = context.has("com") and context.known and context.run["com"].shape[1] >= 2
+    seen_from_above = seen_from_above and not _walks(context)  # that is in the figure of the walk
     if context.known and context.setup.polygon is None:  # nothing to fall off
         return None
     if not margins and not seen_from_above:
@@ -99,8 +100,13 @@ def _labels(context: RunContext, channel: str) -> tuple[str, ...]:
     return context.run.channels[channel].labels
 
 
+def _walks(context: RunContext) -> bool:
+    """Return whether the run is known to walk: the polygon is then not that of the start."""
+    return context.known and context.scenario.walk is not None
+
+
 def _title(context: RunContext) -> str:
-    if not context.has("com_margin"):
+    if not context.has("com_margin") or _walks(context):
         return "Balance"
     margin = context.run["com_margin"][:, 0]
     least = 1e3 * float(margin.min())

@@ -15,7 +15,8 @@ from equipoise.runlog import Run
 def make_figures(run: Run, folder: Path | str) -> list[Path]:
     """Write every figure that the run has something to show for; return their paths.
 
-    Names: joints.png, errors.png, torques.png, distances.png, balance.png, snapshots.png. A
+    Names: joints.png, errors.png, torques.png, distances.png, balance.png, walk.png,
+    snapshots.png. A
     figure whose channels are missing, or a run without ticks, gives none; neither does a figure
     of the robot where the run's scenario can no longer be read.
 
@@ -37,6 +38,7 @@ def draw_figures(
     from equipoise.analysis.figures.joints import joints_figure, torques_figure
     from equipoise.analysis.figures.snapshots import run_strip
     from equipoise.analysis.figures.style import save
+    from equipoise.analysis.figures.walk import walk_figure
 
     makers = {
         "joints": joints_figure,
@@ -44,6 +46,7 @@ def draw_figures(
         "torques": torques_figure,
         "distances": distances_figure,
         "balance": balance_figure,
+        "walk": walk_figure,
         "snapshots": run_strip,
     }
     paths = []

@@ -9,8 +9,8 @@ from equipoise.analysis.run_context import RunContext
 
 
 def _com_margin(context: RunContext) -> Found | None:
-    if context.setup.polygon is None:
-        return None
+    if context.setup.polygon is None or context.scenario.walk is not None:
+        return None  # the polygon of the start is not that of a robot that walks
     return least([context.run["com_margin"][:, 0]], ["com"])
 
 

@@ -1,31 +1,38 @@
 """Supporting forces that a floor can give: the base wrench shared out within bounds.
 
 Among all F with `J_b^T F = u_b` the one is taken whose predicted reaction `lam_0 + F` presses,
-stays in the friction cones, keeps its centres of pressure in the soles, and costs least. What
-cannot be kept is violated as little as possible, in the least-squares sense over all bounds [N].
+stays in the friction cones, keeps its centres of pressure in the soles, leaves the joints that
+carry torques that their motors have, and costs least. What cannot be kept is violated as little as
+possible, in the least-squares sense over all bounds of the floor [N], then of the motors [N m].
 Geometry only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from equipoise.compiled import entrance
+from equipoise.compiled import entrance, scratch
 from equipoise.compiled.workspace import Part, Shape, Workspace, part_of
-from equipoise.contacts import Contact, PointContact, SoleContact
+from equipoise.contacts import Contact
 from equipoise.control.base_wrench.bounded_kernels import (
     LANDED,
     SLACK,
     STATUS,
+    TORQUE_SHARE,
     WARN,
     bounded_reaction,
     bounds_shapes,
 )
-from equipoise.errors import InputError
+from equipoise.control.base_wrench.foot_bounds import (
+    Foot,
+    ReactionBounds,
+    bounds_of,
+    require_feet,
+)
 from equipoise.hqp.solvers.active_set.memory import (
     SEARCH_MEMORY,
     SOLVED,
@@ -33,33 +40,12 @@ from equipoise.hqp.solvers.active_set.memory import (
     search_shapes,
 )
 from equipoise.hqp.solvers.active_set.solve import SOLVE
+from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import not_negative, share
 
-Foot = SoleContact | PointContact
-
-_SIDES = 8
 BASE = 6  # rows of the base wrench, at most
+LEVELS = 3  # the wrench, the floor, the motors
 SETTLED = 0.1  # [s] before it a released robot has not caught its weight: every sole is light
-
-
-@dataclass(frozen=True)
-class ReactionBounds:
-    """How far from the edge a predicted reaction is kept.
-
-    `normal_min` [N] on each sole; `friction_share` of the cone; `pressure_margin` [m] of the
-    centre of pressure to the edges; `warn` [N]: how close to a bound a sole is reported.
-    """
-
-    normal_min: float = 10.0
-    friction_share: float = 0.9
-    pressure_margin: float = 0.005
-    warn: float = 10.0
-
-    def __post_init__(self) -> None:
-        for name in ("normal_min", "pressure_margin", "warn"):
-            not_negative(name, getattr(self, name))
-        share("friction_share", self.friction_share)
 
 
 class DistributionStatus(Enum):
@@ -84,42 +70,41 @@ class Distribution:
     warnings: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class BoundRows:
-    """`A lam >= b` (m,), in newtons, with what happens to the sole if a row is broken."""
-
-    A: Array
-    b: Array
-    what: tuple[str, ...]
-
-
 class BoundsProgram:
     """The bounds of at most `supports` supporting soles, laid out in three parts of a workspace."""
 
     names = ("bounds", "bound_rows", "bound_search")
 
-    def __init__(self, bounds: ReactionBounds, unknowns: int, rows: int) -> None:
+    def __init__(self, bounds: ReactionBounds, unknowns: int, rows: int, joints: int = 0) -> None:
         self.bounds, self.unknowns, self.rows = bounds, max(unknowns, 1), rows
+        self.joints = joints
         self.what: tuple[str, ...] = ()
 
     def shapes(self) -> dict[str, list[tuple[str, Shape, bool]]]:
         """Return the arrays of the three parts."""
-        m = BASE + self.rows
+        m = BASE + max(self.rows, 1) + self.joints
         return dict(
             zip(
                 self.names,
                 (
-                    bounds_shapes(self.rows, self.unknowns),
-                    rows_shapes(m, self.unknowns, 2),
-                    search_shapes(m, self.unknowns, 2),
+                    bounds_shapes(self.rows, self.unknowns, self.joints),
+                    rows_shapes(m, self.unknowns, LEVELS),
+                    search_shapes(m, self.unknowns, LEVELS),
                 ),
                 strict=True,
             )
         )
 
-    def fill(self, workspace: Workspace, supports: Sequence[Contact], base: int) -> None:
+    def fill(
+        self,
+        workspace: Workspace,
+        supports: Sequence[Contact],
+        base: int,
+        carriers: Sequence[Sequence[int]] = (),
+    ) -> None:
         """Write the constants for the soles that support now; what they leave over stays free.
 
+        `carriers` are for each of them the joints between it and the base.
         Raises: `InputError` if a supporting contact is neither sole nor point.
         """
         soles = require_feet(supports)
@@ -131,17 +116,41 @@ class BoundsProgram:
             found = bounds_of(sole, self.bounds)
             columns = slice(column, column + sole.size)
             own.sides[row - base : row - base + len(found.b), columns] = found.A
-            rows.lower[row : row + len(found.b)] = found.b
+            own.limits[row - base : row - base + len(found.b)] = found.b
             rows.first[row : row + len(found.b)] = columns.start
             rows.last[row : row + len(found.b)] = columns.stop
             row, column, what = row + len(found.b), columns.stop, [*what, *found.what]
         self.what = tuple(what)
+        self._fill_motors(own, rows, soles, base, carriers)
         own.numbers[WARN], own.numbers[LANDED] = self.bounds.warn, SETTLED
+        own.numbers[TORQUE_SHARE] = self.bounds.torque_share
+
+    def _fill_motors(
+        self,
+        own: Part,
+        rows: Part,
+        soles: Sequence[Foot],
+        base: int,
+        carriers: Sequence[Sequence[int]],
+    ) -> None:
+        """Give each joint that carries a row over the reactions that it carries."""
+        start, column = base + len(own.sides), 0
+        first: dict[int, int] = {}
+        last: dict[int, int] = {}
+        for sole, joints in zip(soles, carriers, strict=False):
+            for joint in joints:
+                first.setdefault(joint, column)
+                last[joint] = column + sole.size
+            column += sole.size
+        for n, joint in enumerate(first):
+            own.carriers[n] = joint
+            rows.first[start + n], rows.last[start + n] = first[joint], last[joint]
 
     def _clear(self, own: Part, rows: Part, search: Part, base: int) -> None:
-        own.sides[:], own.near_since[:] = 0.0, np.inf
+        own.sides[:], own.limits[:], own.near_since[:] = 0.0, -np.inf, np.inf
+        own.carriers[:] = -1
         rows.A[:], rows.lower[:], rows.upper[:] = 0.0, -np.inf, np.inf
-        rows.ends[:] = base, len(rows.lower)
+        rows.ends[:] = base, base + len(own.sides), len(rows.lower)
         rows.first[:], rows.last[:], rows.single[:] = 0, self.unknowns, -1
         for name in SEARCH_MEMORY:  # zeros are a cold start
             getattr(search, name)[...] = 0
@@ -159,7 +168,8 @@ class BoundsProgram:
 @entrance
 def bounded_alone(
     floats: np.ndarray, whole: np.ndarray, tables: np.ndarray, J: np.ndarray,
-    supporting: np.ndarray, u: np.ndarray, costs: np.ndarray, without: np.ndarray, F: np.ndarray,
+    supporting: np.ndarray, u: np.ndarray, costs: np.ndarray, without: np.ndarray,
+    tau_max: np.ndarray, base: int, F: np.ndarray,
 ) -> None:  # fmt: skip
     """Share out one wrench within bounds, called from Python."""
     bounds, rows, search = (
@@ -167,29 +177,44 @@ def bounded_alone(
         part_of(floats, whole, tables, 1),
         part_of(floats, whole, tables, 2),
     )
-    bounded_reaction(bounds, rows, search, J, supporting, u, costs, without, u.shape[0], 0.0, F)
+    wish = scratch(F.shape[0])
+    wish[:] = 0.0
+    bounded_reaction(
+        bounds, rows, search, J, supporting, u, costs, without, wish, wish, 0.0, tau_max, base,
+        0.0, F,
+    )  # fmt: skip
 
 
 class BoundedDistribution:
     """Distributes over given soles; build it once.
 
+    With a `robot` what its motors have is kept, too; without one only the floor counts.
     Raises: `InputError` if a supporting contact is neither sole nor point.
     """
 
-    def __init__(self, soles: Sequence[Contact], bounds: ReactionBounds | None = None) -> None:
+    def __init__(
+        self,
+        soles: Sequence[Contact],
+        bounds: ReactionBounds | None = None,
+        robot: Robot | None = None,
+    ) -> None:
         self.soles = require_feet(soles)
         self.bounds = bounds or ReactionBounds()
         rows = sum(len(bounds_of(sole, self.bounds).b) for sole in self.soles)
         unknowns = sum(sole.size for sole in self.soles)
-        self._program = BoundsProgram(self.bounds, unknowns, rows)
+        self._tau_max = np.zeros(0) if robot is None else robot.tau_max
+        self._base = BASE if robot is None else robot.nv_base
+        self._program = BoundsProgram(self.bounds, unknowns, rows, len(self._tau_max))
         self._workspace = Workspace(self._program.shapes(), stages=[SOLVE])
-        self._program.fill(self._workspace, self.soles, BASE)
+        carriers = [] if robot is None else carriers_of(robot, self.soles)
+        self._program.fill(self._workspace, self.soles, self._base, carriers)
 
     def __call__(
-        self, u_base: Array, J_base: Array, lam_0: Array, costs: Array | None = None
+        self, u: Array, J: Array, lam_0: Array, costs: Array | None = None
     ) -> Distribution:
-        """Return the distribution of `u_base` (6,) over the rows of `J_base` (k, 6).
+        """Return the distribution of the base rows of u over the rows of the soles.
 
+        Args: `u` (6,) and `J` (k, 6) are those of the base, or with a robot (nv,) and (k, nv);
         `lam_0` (k,) is the reaction that would act with F = 0; `costs` (k,) > 0 of each component,
         by default those of equal loads.
         """
@@ -197,9 +222,10 @@ class BoundedDistribution:
             costs = np.concatenate([sum(sole.reaction_costs()) for sole in self.soles])
         F, workspace = np.empty(len(lam_0)), self._workspace
         blocks = workspace.floats, workspace.integers, workspace.tables
-        J, without = np.ascontiguousarray(J_base, dtype=float), np.array(lam_0, dtype=float)
-        u, c = np.array(u_base, dtype=float), np.array(costs, dtype=float)
-        bounded_alone(*blocks, J, np.arange(len(F)), u, c, without, F)
+        rows, without = np.ascontiguousarray(J, dtype=float), np.array(lam_0, dtype=float)
+        whole, c = np.array(u, dtype=float), np.array(costs, dtype=float)
+        supporting = np.arange(len(F))
+        bounded_alone(*blocks, rows, supporting, whole, c, without, self._tau_max, self._base, F)
         own = workspace.parts["bounds"]
         predicted = own.predicted.copy()
         return Distribution(
@@ -219,77 +245,13 @@ class BoundedDistribution:
         return tuple(found)
 
 
+def carriers_of(robot: Robot, supports: Sequence[Contact]) -> list[tuple[int, ...]]:
+    """Return for each support the joints between it and the base."""
+    return [robot.joints_between(foot.frames[0]) for foot in require_feet(supports)]
+
+
 def status_of(numbers: Array) -> DistributionStatus:
     """Return how the last distribution went, from the numbers of its part."""
     if numbers[STATUS] != SOLVED:
         return DistributionStatus.FAILED
     return DistributionStatus.SLACK if numbers[SLACK] > 1e-3 else DistributionStatus.POSSIBLE
-
-
-def require_feet(contacts: Sequence[Contact]) -> tuple[Foot, ...]:
-    """Return the contacts if all are soles or points. Raises: `InputError`."""
-    feet = tuple(contact for contact in contacts if isinstance(contact, SoleContact | PointContact))
-    others = [c.name for c in contacts if not isinstance(c, SoleContact | PointContact)]
-    if others:
-        raise InputError(
-            "only soles and feet that are points can share out the base wrench within bounds",
-            given=others,
-            remedy="Leave the bounds out, or let soles and points support the base only",
-        )
-    return feet
-
-
-def bounds_of(foot: Foot, bounds: ReactionBounds) -> BoundRows:
-    """Return the rows of one foot: of a sole on its wrench (6,), of a point on its force (3,)."""
-    rows, offsets = [np.eye(foot.size)[2]], [bounds.normal_min]
-    what = [f"{foot.name} lifts"]
-    reach = bounds.friction_share * foot.friction * np.cos(np.pi / _SIDES)
-    for angle in 2.0 * np.pi * np.arange(_SIDES) / _SIDES:
-        row = np.zeros(foot.size)
-        row[:3] = -np.cos(angle), -np.sin(angle), reach
-        rows.append(row)
-        offsets.append(0.0)
-        what.append(f"{foot.name} slips")
-    found = BoundRows(np.array(rows), np.array(offsets), tuple(what))
-    return found if isinstance(foot, PointContact) else _with_moments(found, foot, bounds)
-
-
-def _with_moments(found: BoundRows, sole: SoleContact, bounds: ReactionBounds) -> BoundRows:
-    """Return the rows of a sole with those on its moments, in the axes of the sole."""
-    s, friction = sole.sole, bounds.friction_share * sole.friction
-    name = sole.name
-    rows, offsets, what = [*found.A.tolist()], [*found.b.tolist()], [*found.what]
-
-    def add(row: Iterable[float], sentence: str) -> None:
-        rows.append(list(row))
-        offsets.append(0.0)
-        what.append(f"{name} {sentence}")
-
-    m = bounds.pressure_margin
-    half_x, half_y = 0.5 * (s.x_max - s.x_min), 0.5 * (s.y_max - s.y_min)
-    x, y = 1.0 / half_x, 1.0 / half_y
-    add((0, 0, (s.x_max - m) * x, 0, x, 0), "tips over its front edge")
-    add((0, 0, -(s.x_min + m) * x, 0, -x, 0), "tips over its rear edge")
-    add((0, 0, (s.y_max - m) * y, -y, 0, 0), "tips over its left edge")
-    add((0, 0, -(s.y_min + m) * y, y, 0, 0), "tips over its right edge")
-    for row in _yaw_rows(sole, friction):
-        add(row, "turns")
-    return BoundRows(np.array(rows, dtype=float), np.array(offsets), tuple(what))
-
-
-def _yaw_rows(sole: SoleContact, friction: float) -> list[Array]:
-    """Return the eight rows that bound the yaw moment (see `contacts.reaction_margins`)."""
-    s = sole.sole
-    half_x, half_y = 0.5 * (s.x_max - s.x_min), 0.5 * (s.y_max - s.y_min)
-    centre_x, centre_y = 0.5 * (s.x_max + s.x_min), 0.5 * (s.y_max + s.y_min)
-    fx, fy, fz, mx, my, mz = np.eye(6)
-    mx_c, my_c = mx - centre_y * fz, my + centre_x * fz
-    mz_c = mz - (centre_x * fy - centre_y * fx)
-    reach = friction * (half_x + half_y)
-    rows = []
-    for turn in (1.0, -1.0):
-        across, along = half_y * fx + turn * friction * mx_c, half_x * fy + turn * friction * my_c
-        for a in (1.0, -1.0):
-            for b in (1.0, -1.0):
-                rows.append((reach * fz - a * across - b * along - turn * mz_c) / reach)
-    return rows

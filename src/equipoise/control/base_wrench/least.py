@@ -6,6 +6,8 @@ actuated law, the reaction of the supporting contacts changes by `F`. Geometry o
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from equipoise.compiled import compiled, entrance, scratch, scratch_matrix
@@ -62,24 +64,34 @@ def least_reaction(
 
 
 @compiled
-def reaction_costs(
-    lam: np.ndarray, normal_rows: np.ndarray, ends: np.ndarray, terms: np.ndarray, costs: np.ndarray
-) -> None:
-    """Write the costs [k] of the supporting rows at the loads that were last measured.
+def measured_loads(lam: np.ndarray, normal_rows: np.ndarray, loads: np.ndarray) -> None:
+    """Write the load [n] of each support that was last measured, as a multiple of the mean.
 
-    Contact i has the rows up to ends[i] and its compression in lam[normal_rows[i]] (-1: none);
-    `terms` [2, k] holds for each row the constant part of its cost and the part over the load.
+    Support i has its compression in lam[normal_rows[i]] (-1: none, it counts as unloaded).
     """
-    count = normal_rows.shape[0]
-    normal, mean = scratch(count), 0.0
+    count, mean = normal_rows.shape[0], 0.0
     for i in range(count):
-        normal[i] = max(lam[normal_rows[i]], 0.0) if normal_rows[i] >= 0 else 0.0
-        mean += normal[i] / count
+        loads[i] = max(lam[normal_rows[i]], 0.0) if normal_rows[i] >= 0 else 0.0
+        mean += loads[i] / count
+    for i in range(count):
+        loads[i] = min(max(loads[i] / mean, LIGHTEST), 1.0 / LIGHTEST) if mean > 0.0 else 1.0
+
+
+@compiled
+def reaction_costs(
+    loads: np.ndarray, ends: np.ndarray, terms: np.ndarray, split: bool, costs: np.ndarray
+) -> None:
+    """Write the costs [k] of the supporting rows at loads [n].
+
+    Support i has the rows up to ends[i]; `terms` [2, k] holds for each row the constant part of its
+    cost and the part over the load. Where the load is `split`, the constant part is over its root:
+    then the cheapest normal forces are in the ratio of the loads.
+    """
     start = 0
-    for i in range(count):
-        load = min(max(normal[i] / mean, LIGHTEST), 1.0 / LIGHTEST) if mean > 0.0 else 1.0
+    for i in range(ends.shape[0]):
+        root = math.sqrt(loads[i]) if split else 1.0
         for k in range(start, ends[i]):
-            costs[k] = terms[0, k] + terms[1, k] / load
+            costs[k] = terms[0, k] / root + terms[1, k] / loads[i]
         start = ends[i]
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from equipoise.contacts import ContactStack
+from equipoise.contacts import Contact, ContactStack, SoleContact
+from equipoise.spatial import Array
 
 
 class Support:
@@ -23,3 +24,12 @@ class Support:
         self.ends = np.cumsum([c.size for c in supporting], dtype=np.int64)
         terms = [np.stack(c.reaction_costs()) for c in supporting]
         self.terms = np.hstack(terms) if terms else np.zeros((2, 0))
+        self.centres = np.array([_centre(c) for c in supporting]).reshape(-1, 2)
+
+
+def _centre(contact: Contact) -> Array:
+    """Return where the middle of a support is (2,) [m], along its first two axes."""
+    if not isinstance(contact, SoleContact):
+        return np.zeros(2)
+    sole = contact.sole
+    return 0.5 * np.array([sole.x_min + sole.x_max, sole.y_min + sole.y_max])

@@ -18,7 +18,7 @@ Projector = Literal["euclidean", "damping"]
 
 @dataclass(frozen=True)
 class ControlGains:
-    """Gains of (20)-(24). Scalars act on every component alike.
+    r"""Gains of (20)-(24). Scalars act on every component alike.
 
     | gain | unit | what it does |
     |---|---|---|
@@ -32,8 +32,12 @@ class ControlGains:
     | `mu` | 1/(N s) | steepness of the tanh term |
     | `eta` | 1/s | how fast the integrated force error dies |
     | `sgn_p`, `sgn_F` | | sign functions of the two integrals |
+    | `root` | (rad/s)^(1/2) | super-twisting: weight of sgn(s_qp) \|s_qp\|^(1/2) beside s_qp |
+    | `adapt` | 1/s | adaptive slope: how fast k_ip grows outside the layer of sgn_p, falls inside |
+    | `growth_max` | | by how many times k_ip it grows at most |
     | `integral_max` | s | bound on each integral of sgn_p: it carries at most this times K_d k_ip |
     | `handover` | s | how fast the difference fades that a change of contacts would make |
+    | `relax` | s | how fast the forces fade that supports exert on each other after a switch |
     | `damp_violation` | | add to s what violates contacts: zero on rigid ones, steadies soft ones |
     | `projector` | | `euclidean`: Q_phi as printed; `damping`: orthogonal in K_d, see docs/law |
 
@@ -52,18 +56,29 @@ class ControlGains:
     sgn_p: SignFunction = field(default_factory=SignFunction)
     sgn_F: SignFunction = field(default_factory=SignFunction)
     integral_max: float = 10.0
+    root: float = 0.0
+    adapt: float = 0.0
+    growth_max: float = 4.0
     handover: float = 0.3
+    relax: float = 0.03
     damp_violation: bool = False
     projector: Projector = "euclidean"
 
     def __post_init__(self) -> None:
-        for name in ("alpha", "beta_p", "beta", "beta_F", "mu", "eta", "integral_max", "handover"):
+        positive = ("alpha", "beta_p", "beta", "beta_F", "mu", "eta", "integral_max")
+        for name in (*positive, "handover", "relax"):
             self._require_positive(name)
-        for name in ("k_ip", "k_iF"):
+        for name in ("k_ip", "k_iF", "root", "adapt", "growth_max"):
             value = real_number(f"gain {name}", getattr(self, name), finite=False)
             if not (np.isfinite(value) and value >= 0.0):
                 raise InputError(f"gain {name} must be finite and not negative", given=value)
             object.__setattr__(self, name, float(value))
+        if self.root + self.adapt > 0.0 and not self.sgn_p.layer > 0.0:
+            raise InputError(
+                "root and adapt need a layer of sgn_p",
+                given=self.sgn_p.layer,
+                remedy="Take a saturation with a layer of 0.05 rad/s, say",
+            )
         if self.projector not in get_args(Projector):
             raise InputError(
                 "no such projector", given=self.projector, known=list(get_args(Projector))

@@ -10,12 +10,13 @@ import math
 import numpy as np
 
 from equipoise.compiled import compiled, scratch
-from equipoise.compiled.workspace import Block, integers, matrix, vector
+from equipoise.compiled.workspace import Block, integers, matrix, matrix_at, vector
 from equipoise.contacts.factor import factorise, lift, project
 from equipoise.contacts.program import contact_rows, move_surfaces
 from equipoise.contacts.stack import RANK_TOLERANCE
 from equipoise.control.base_wrench.bounded_kernels import bounded_reaction
-from equipoise.control.base_wrench.least import least_reaction, reaction_costs
+from equipoise.control.base_wrench.least import least_reaction, measured_loads, reaction_costs
+from equipoise.control.base_wrench.shares import loads_from_zmp, pressed_middles
 from equipoise.control.passivity.manifold_kernels import (
     INTEGRAL,
     RATE_OF_S_DF,
@@ -32,6 +33,7 @@ from equipoise.control.passivity.manifold_kernels import (
     posture_update,
 )
 from equipoise.control.passivity.memory import (
+    ADAPT,
     ALPHA,
     AT,
     BETA,
@@ -39,6 +41,8 @@ from equipoise.control.passivity.memory import (
     BETA_P,
     BOUND,
     BOUNDED,
+    BY_ZMP,
+    CENTRES,
     CLOCK,
     COSTS,
     DAMP_VIOLATION,
@@ -49,7 +53,9 @@ from equipoise.control.passivity.memory import (
     FADE,
     FLAGS,
     FORCE,
+    FOUND,
     GAINS,
+    GROWTH_MAX,
     HANDING_OVER,
     HANDOVER,
     IN_METRIC,
@@ -65,6 +71,8 @@ from equipoise.control.passivity.memory import (
     LAM_REF,
     LAYER_F,
     LAYER_P,
+    LOADS,
+    MAPPING,
     MU,
     NORMAL_ROWS,
     OBSERVER,
@@ -78,7 +86,10 @@ from equipoise.control.passivity.memory import (
     REFLECTORS,
     REGULATED,
     REGULATED_COUNT,
+    RELAX,
+    ROOT,
     ROW_COUNT,
+    SPLIT,
     STARTED,
     SUPPORT_COUNT,
     SUPPORTING,
@@ -87,6 +98,7 @@ from equipoise.control.passivity.memory import (
     T_FORCE,
     T_HANDOVER,
     T_POSTURE,
+    T_SUPPORTS,
     TAU,
     TAU_MAX,
     TERMS,
@@ -102,6 +114,7 @@ from equipoise.control.passivity.memory import (
     packed,
 )
 from equipoise.control.passivity.nearest_kernels import factorise_in_metric, move_to_nearest
+from equipoise.control.passivity.switch import map_supports
 from equipoise.kinematics.kernels import VELOCITY, Q, is_finite, place_frames, place_joints
 from equipoise.kinematics.manifold import difference, velocity_difference
 from equipoise.kinematics.tree import base_size
@@ -162,8 +175,8 @@ def law_tick(
     for i in range(flags.shape[0]):
         kept_flags[i] = flags[i]
     contact_rows(tree, state, contacts, J, integers(law, AT))
-    observe(law)
     rank = law_force(tree, state, law, J, t)
+    observe(law)
     share_base_wrench(law, bounds, rows, search, J, base, t)
     how = law_torque(law, J, rank, base)
     if how == HELD:
@@ -214,24 +227,44 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
     Source: eqs. (21), (24). Differs from the print: see `PassivityController`.
     """
     flags, gains, clock = integers(law, FLAGS), vector(law, GAINS), vector(law, CLOCK)
-    r, count = flags[ROW_COUNT], flags[REGULATED_COUNT]
-    regulated = leading_whole(law, REGULATED, count)
+    count = flags[REGULATED_COUNT]
     rank = factorise_rows(law, J)
-    dq, dv, s, u = vector(law, DQ), vector(law, DV), vector(law, S), vector(law, U)
+    dq, dv, nv = vector(law, DQ), vector(law, DV), J.shape[1]
     posture, force = matrix(law, POSTURE), packed(law, FORCE, 6, count)
     difference(tree, vector(law, Q_REF), vector(state, Q), dq)
     velocity_difference(
         tree, vector(state, Q), vector(state, VELOCITY), vector(law, Q_REF), vector(law, V_REF), dv
     )
-    nv = u.shape[0]
-    if not flags[STARTED]:
-        clock[T_POSTURE] = clock[T_FORCE] = t
+    if not flags[STARTED] or flags[MAPPING]:
+        clock[T_POSTURE] = t
         for i in range(nv):
             posture[S_P0, i] = dv[i] + gains[ALPHA] * dq[i]
+    if not flags[STARTED]:
+        clock[T_FORCE] = t
         for i in range(count):
             force[S_F0, i] = force[S_F, i]
-    posture_update(posture, dq, dv, t - clock[T_POSTURE], gains[ALPHA], gains[BETA_P], gains[K_IP])
     force_update(force, t - clock[T_FORCE], gains[BETA_F], gains[K_IF])
+    if flags[MAPPING]:
+        posture[INTEGRAL, :] = 0.0
+        write_posture(law, 0.0)
+        extended_force(law, J, rank)
+        map_supports(law, base_size(tree), t)
+        rank = factorise_rows(law, J)
+    write_posture(law, t - clock[T_POSTURE])
+    extended_force(law, J, rank)
+    hand_over(law, t)
+    return rank
+
+
+@compiled
+def extended_force(law: Block, J: np.ndarray, rank: int) -> None:
+    """Write s and u from both manifolds as they are now."""
+    flags, gains = integers(law, FLAGS), vector(law, GAINS)
+    r, count = flags[ROW_COUNT], flags[REGULATED_COUNT]
+    regulated = leading_whole(law, REGULATED, count)
+    dv, s, u = vector(law, DV), vector(law, S), vector(law, U)
+    posture, force = matrix(law, POSTURE), packed(law, FORCE, 6, count)
+    nv = u.shape[0]
     wanted = scratch(r)  # J s
     wanted[:] = 0.0
     if gains[IN_METRIC] != 0.0 and gains[DAMP_VIOLATION] != 0.0:
@@ -259,8 +292,16 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
         )
         for k in range(nv):
             u[k] += J[regulated[i], k] * along
-    hand_over(law, t)
-    return rank
+
+
+@compiled
+def write_posture(law: Block, age: float) -> None:
+    """Update the posture manifold at its age [s]."""
+    gains = vector(law, GAINS)
+    posture_update(
+        matrix(law, POSTURE), vector(law, DQ), vector(law, DV), age, gains[ALPHA], gains[BETA_P],
+        gains[K_IP], gains[ROOT], gains[LAYER_P],
+    )  # fmt: skip
 
 
 @compiled
@@ -346,21 +387,58 @@ def share_base_wrench(
     count = flags[SUPPORTING_COUNT]
     supporting = leading_whole(law, SUPPORTING, count)
     lam, u, F = vector(law, LAM), vector(law, U), leading(law, REACTION, count)
-    without, costs = scratch(count), leading(law, COSTS, count)
+    without, wish, costs = scratch(count), scratch(count), leading(law, COSTS, count)
+    left = math.exp(-(t - vector(law, CLOCK)[T_SUPPORTS]) / vector(law, GAINS)[RELAX])
+    found = leading(law, FOUND, count)
     for i in range(count):
         without[i] = lam[supporting[i]] - F[i]
     if base == 0:
         F[:] = 0.0
         return
-    supports = flags[SUPPORT_COUNT]
-    reaction_costs(
-        lam, leading_whole(law, NORMAL_ROWS, supports), leading_whole(law, ENDS, supports),
-        packed(law, TERMS, 2, count), costs,
-    )  # fmt: skip
+    support_costs(law, J, without, base, wish)
+    for i in range(count):
+        wish[i] += left * (found[i] - wish[i])
     if flags[BOUNDED]:
-        bounded_reaction(bounds, rows, search, J, supporting, u, costs, without, base, t, F)
+        bounded_reaction(
+            bounds, rows, search, J, supporting, u, costs, without, wish, found, left,
+            vector(law, TAU_MAX), base, t, F,
+        )  # fmt: skip
+        return
+    for i in range(count):
+        without[i] -= wish[i]
+    least_reaction(J, supporting, u, costs, without, base, F)
+
+
+@compiled
+def support_costs(
+    law: Block, J: np.ndarray, without: np.ndarray, base: int, wish: np.ndarray
+) -> None:
+    """Write what the supporting rows cost [k], and the reaction [k] that costs nothing.
+
+    At the loads that are measured, and then nothing is free; or at those that the ZMP asks for.
+    """
+    flags, u = integers(law, FLAGS), vector(law, U)
+    supports, count = flags[SUPPORT_COUNT], flags[SUPPORTING_COUNT]
+    normal_rows, ends = (
+        leading_whole(law, NORMAL_ROWS, supports),
+        leading_whole(law, ENDS, supports),
+    )
+    loads, supporting = leading(law, LOADS, supports), leading_whole(law, SUPPORTING, count)
+    split = flags[SPLIT] == BY_ZMP and base == 6
+    if split:
+        wrench = scratch(6)
+        for i in range(6):
+            wrench[i] = u[i]
+            for k in range(count):
+                wrench[i] += J[supporting[k], i] * without[k]
+        centres = matrix_at(law.floats, law.table[CENTRES, 0], supports, 2)
+        mean = loads_from_zmp(J, supporting, ends, normal_rows, centres, wrench, loads)
+        pressed_middles(ends, normal_rows, centres, loads, mean, wish)
     else:
-        least_reaction(J, supporting, u, costs, without, base, F)
+        wish[:] = 0.0
+        measured_loads(vector(law, LAM), normal_rows, loads)
+    costs, terms = leading(law, COSTS, count), packed(law, TERMS, 2, count)
+    reaction_costs(loads, ends, terms, split, costs)
 
 
 @compiled
@@ -404,8 +482,9 @@ def law_torque(law: Block, J: np.ndarray, rank: int, base: int) -> int:
             if s_qp[i] * posture[INTEGRAL, i] > 0.0:
                 held[i] = max(held[i], HELD_BACK)
     posture_integrate(
-        posture, s_qp, held, gains[PERIOD], gains[BOUND], int(gains[KIND_P]), gains[LAYER_P]
-    )
+        posture, s_qp, held, gains[PERIOD], gains[BOUND], int(gains[KIND_P]), gains[LAYER_P],
+        gains[ADAPT], gains[GROWTH_MAX],
+    )  # fmt: skip
     dlam = scratch(count)
     for i in range(count):
         dlam[i] = lam[regulated[i]] - lam_ref[i]

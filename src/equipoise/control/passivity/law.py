@@ -7,6 +7,7 @@ at all is outside, once, when the adviser suggests the constant matrix `K_d`.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from equipoise.compiled import entrance
 from equipoise.compiled.workspace import Workspace, part_of
 from equipoise.contacts import ContactStack
 from equipoise.contacts.pull import least_regulated, least_wanted, refuse_pull
-from equipoise.control.base_wrench.bounded import ReactionBounds
+from equipoise.control.base_wrench.foot_bounds import ReactionBounds
 from equipoise.control.interface import (
     Command,
     ControllerState,
@@ -26,15 +27,17 @@ from equipoise.control.interface import (
 )
 from equipoise.control.passivity.gains import ControlGains, require_gains
 from equipoise.control.passivity.kernels import HELD, RUN, SATURATED, law_begin, law_tick
-from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
+from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold, Variants
 from equipoise.control.passivity.memory import (
     FLAG_COUNT,
+    MAPPING,
     STARTED,
     SWITCHING,
     T_FORCE,
     T_POSTURE,
+    T_SUPPORTS,
 )
-from equipoise.control.passivity.program import LawProgram, index_of
+from equipoise.control.passivity.program import LawProgram, LoadSplit, index_of
 from equipoise.errors import InputError
 from equipoise.hqp.solvers.active_set.solve import SOLVE
 from equipoise.kinematics.state import Kinematics, KinematicsMemory
@@ -43,6 +46,9 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, real_vector, require_period
 
+Keep = Literal["torque", "energy"]
+KEEPS: tuple[Keep, ...] = get_args(Keep)
+LONG_AGO = -1e9  # [s] when the supports changed that never did
 BEGIN, FINISH = 1, 2  # parts of a tick: what Python has to see before the rest stands between
 STATUS = {
     RUN: ControlStatus.RUN,
@@ -84,9 +90,10 @@ class PassivityController:
     stop while a torque is clamped. With `damp_violation` s also holds `(I - Q_phi) dv`. With the
     projector `damping` Q_phi and J_phi^+ are those that are orthogonal in K_d (`NearestVelocity`),
     and `damp_violation` adds what violates the supporting rows alone. With
-    `bounds` the base wrench is shared out within what a floor can give. `filter_time` [s] is that
-    of the `ReactionObserver` through which the law sees its supporting reaction. It makes a
-    workspace of its own, or works `inside` one that was laid out by a program, in the parts from a
+    `bounds` the base wrench is shared out within what a floor can give, by the loads that are
+    "measured" or those that the "zmp" asks for (`split`). `filter_time` [s] is that of the
+    `ReactionObserver` through which the law sees its supporting reaction. It makes a workspace of
+    its own, or works `inside` one that was laid out by a program, in the parts from a
     number on.
     """
 
@@ -99,13 +106,14 @@ class PassivityController:
         *,
         bounds: ReactionBounds | None = None,
         filter_time: float = 0.0,
+        split: LoadSplit = "measured",
         inside: tuple[Workspace, LawProgram, int] | None = None,
     ) -> None:
         require_support(robot, contacts)
         self.robot, self.dt = robot, require_period(dt)
         self.filter_time = not_negative("filter_time", filter_time, "s")
         require_gains(gains, self.dt)
-        self._bounds, self._gains = bounds, gains
+        self._bounds, self._gains, self._split = bounds, gains, split
         if inside is None:
             self._lay_out(contacts)
         else:
@@ -115,7 +123,7 @@ class PassivityController:
     def _lay_out(self, contacts: ContactStack) -> None:
         """Make a workspace for these contacts."""
         robot = self.robot
-        program = LawProgram(robot, contacts.contacts, self._bounds)
+        program = LawProgram(robot, contacts.contacts, self._bounds, self._split)
         frames = list(dict.fromkeys(map(robot.frame_id, program.contacts.frames())))
         workspace = Workspace(
             {"tree": tree_of(robot.model, frames), **program.shapes(len(frames))},
@@ -157,7 +165,8 @@ class PassivityController:
         self._least_ref = least_regulated(self.contacts.contacts)
         self.posture = PostureManifold(
             self.robot.nv, alpha=gains.alpha, beta_p=gains.beta_p, k_ip=gains.k_ip,
-            sgn=gains.sgn_p, bound=gains.integral_max, inside=(law.posture, law.clock, T_POSTURE),
+            sgn=gains.sgn_p, bound=gains.integral_max, variants=variants_of(gains),
+            inside=(law.posture, law.clock, T_POSTURE),
         )  # fmt: skip
         force = law.force.ravel()[: 6 * k].reshape(6, k)
         self.force = ForceManifold(
@@ -177,6 +186,7 @@ class PassivityController:
         self._gains = gains
         posture, force = self.posture, self.force
         posture.alpha, posture.beta_p, posture.k_ip = gains.alpha, gains.beta_p, gains.k_ip
+        posture.root, posture.adapt, posture.growth_max = variants_of(gains)
         force.beta_F, force.k_iF = gains.beta_F, gains.k_iF
 
     @property
@@ -216,44 +226,71 @@ class PassivityController:
             "handover",
             "reaction",
             "lam_0",
+            "found",
+            "carried",
             "tau",
             "clock",
         ):
             getattr(law, name)[...] = 0.0
         law.flags[:] = np.zeros(FLAG_COUNT)
+        law.clock[T_SUPPORTS] = LONG_AGO
         self.hold(self.contacts)
 
-    def switch(self, contacts: ContactStack) -> None:
+    def switch(self, contacts: ContactStack, keep: Keep = "torque") -> None:
         """Let other contacts hold from the next `step` on, without a jump of the torque.
 
-        The manifolds start anew there, so that s_qp = 0 and s_qF = 0; the integral of the posture
-        stays. What u would jump by is added to it and fades with `gains.handover`.
-        Raises: `InputError` if the supporting contacts change (the reaction F has its memory).
+        Where the supporting contacts stay, the manifolds start anew, so that s_qp = 0 and s_qF = 0,
+        and the integral of the posture stays; what u would jump by is added to it and fades with
+        `gains.handover`. Where they change, what the torque carried is mapped to the contacts that
+        hold from now on: the integral takes it over, and only what stands along regulated rows is
+        left to fade. `keep` says what is continuous then: the "torque"; or the "energy" of a lost
+        contact, whose force as it was last measured the others then bear at once.
+        Raises: `InputError` for an unknown `keep`, or if nothing is left to support the base.
         """
-        before = [c.name for c in self.contacts.contacts if c.supporting]
-        after = [c.name for c in contacts.contacts if c.supporting]
-        if before != after:
-            raise InputError(
-                "the supporting contacts cannot change while running", given=after, known=before
-            )
+        if keep not in KEEPS:
+            raise InputError("unknown what is to be kept", given=keep, known=list(KEEPS))
+        require_support(self.robot, contacts)
+        law, before = self.law, self.contacts
+        mapped = _names(before, supporting=True) != _names(contacts, supporting=True)
+        if mapped:
+            law.carried[:] = 0.0
+            if keep == "energy":
+                law.carried[:] = self._force_of_lost(contacts)
         known = self.program.contacts.contacts
         if any(index_of(known, contact) < 0 for contact in contacts.contacts):
             memory = self.state()
             self._lay_out(contacts)
             self._take(memory)
+        same = _names(before) == _names(contacts)
         self.hold(contacts)
-        self.force.memory[:] = 0.0
+        if not (mapped and same):
+            self.force.memory[:] = 0.0
         flags = self.law.flags
+        if mapped:
+            flags[MAPPING] = flags[STARTED]
+            self.law.found[:] = 0.0
+            return
         flags[SWITCHING] = flags[STARTED]
         flags[STARTED] = 0
 
+    def _force_of_lost(self, contacts: ContactStack) -> Array:
+        """Return the generalised force (nv,) of supports that go, as in the last tick."""
+        law, force = self.law, np.zeros(self.robot.nv)
+        staying = set(contacts.rows)
+        for contact in self.contacts.contacts:
+            if contact.supporting and contact.name not in staying:
+                rows = self.contacts.rows[contact.name]
+                force += law.J[rows].T @ law.lam[rows]
+        return force
+
     def _take(self, memory: Mapping[str, Array]) -> None:
         """Take over from another layout what does not depend on the contacts that are regulated."""
-        for name in ("posture", "u_before", "handover", "tau", "clock", "flags"):
+        for name in ("posture", "u_before", "handover", "carried", "tau", "clock", "flags"):
             getattr(self.law, name)[...] = memory[f"law.{name}"]
         for name in ("reaction", "lam_0"):
-            kept = memory[f"law.{name}"]
-            getattr(self.law, name)[: len(kept)] = kept
+            kept, mine = memory[f"law.{name}"], getattr(self.law, name)
+            size = min(len(kept), len(mine))  # supports that change are mapped, whatever is here
+            mine[:size] = kept[:size]
 
     def take_over(self, tau: Array) -> None:
         """Begin from joint torques `tau` (na,) [N m] that are measured now, at the first `step`.
@@ -334,6 +371,18 @@ class PassivityController:
         return Command(
             law.tau.copy(), STATUS[code], law.u.copy(), self.base_reaction.copy(), law.s.copy()
         )
+
+
+def _names(contacts: ContactStack, *, supporting: bool = False) -> list[str]:
+    """Return the names of contacts that support, or of regulated ones."""
+    return [
+        c.name for c in contacts.contacts if (c.supporting if supporting else bool(c.regulated))
+    ]
+
+
+def variants_of(gains: ControlGains) -> Variants:
+    """Return the gains of the variants of the posture's integral."""
+    return gains.root, gains.adapt, gains.growth_max
 
 
 def require_support(robot: Robot, contacts: ContactStack) -> None:

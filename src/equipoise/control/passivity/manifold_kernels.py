@@ -10,7 +10,7 @@ from equipoise.compiled import compiled, entrance
 
 SIGN, TANH, SATURATION = range(3)  # kinds of sign functions
 # rows of the memory of the posture manifold, and of the force manifold
-S_P0, INTEGRAL, S_P, S_QP, S_RP = range(5)
+S_P0, INTEGRAL, S_P, S_QP, S_RP, GROWTH = range(6)
 S_F0, INTEGRAL_F, S_F, S_QF, S_RF, RATE_OF_S_DF = range(6)
 
 
@@ -32,21 +32,24 @@ def soft_sign(x: float, kind: int, layer: float) -> float:
 
 
 @compiled
+def soft_root(x: float, layer: float) -> float:
+    """Return sgn(x) |x|^(1/2), with the slope layer^(-1/2) at zero instead of an infinite one."""
+    return x / math.sqrt(abs(x) + layer) if x != 0.0 else 0.0
+
+
+@compiled
 def posture_update(
-    memory: np.ndarray,
-    dq: np.ndarray,
-    dv: np.ndarray,
-    age: float,
-    alpha: float,
-    beta_p: float,
-    k_ip: float,
-) -> None:
+    memory: np.ndarray, dq: np.ndarray, dv: np.ndarray, age: float, alpha: float, beta_p: float,
+    k_ip: float, root: float, layer: float,
+) -> None:  # fmt: skip
     """Write s_p, s_qp and s_rp at `age` = t - t0. Source: eq. (22a)-(22d), see the class."""
     forgotten = math.exp(-beta_p * age)
     for i in range(memory.shape[1]):
         memory[S_P, i] = dv[i] + alpha * dq[i]
         memory[S_QP, i] = memory[S_P, i] - memory[S_P0, i] * forgotten
         memory[S_RP, i] = memory[S_QP, i] + k_ip * memory[INTEGRAL, i]
+        if root > 0.0:
+            memory[S_RP, i] += root * soft_root(memory[S_QP, i], layer)
 
 
 @compiled
@@ -58,11 +61,21 @@ def posture_integrate(
     bound: float,
     kind: int,
     layer: float,
+    adapt: float,
+    growth_max: float,
 ) -> None:
-    """Advance the bounded integral of sgn, less the share by which it is held."""
+    """Advance the bounded integral of sgn, less the share by which it is held.
+
+    With `adapt` [1/s] it is faster by a growth that rises outside the layer and falls inside it.
+    """
     for i in range(memory.shape[1]):
         if held[i] < 1.0:
             advance = dt * (1.0 - held[i]) * soft_sign(s_qp_tangent[i], kind, layer)
+            if adapt > 0.0:
+                outside = min(abs(s_qp_tangent[i]) / layer, 2.0) - 1.0
+                grown = memory[GROWTH, i] + dt * (1.0 - held[i]) * adapt * outside
+                memory[GROWTH, i] = min(max(grown, 0.0), growth_max)
+                advance *= 1.0 + memory[GROWTH, i]
             advanced = memory[INTEGRAL, i] + advance
             memory[INTEGRAL, i] = min(max(advanced, -bound), bound)
 
@@ -91,19 +104,19 @@ def force_integrate(
 @entrance
 def posture_update_alone(
     memory: np.ndarray, dq: np.ndarray, dv: np.ndarray, age: float, alpha: float, beta_p: float,
-    k_ip: float,
+    k_ip: float, root: float, layer: float,
 ) -> None:  # fmt: skip
     """Update a posture manifold, called from Python."""
-    posture_update(memory, dq, dv, age, alpha, beta_p, k_ip)
+    posture_update(memory, dq, dv, age, alpha, beta_p, k_ip, root, layer)
 
 
 @entrance
 def posture_integrate_alone(
     memory: np.ndarray, s_qp_tangent: np.ndarray, held: np.ndarray, dt: float, bound: float,
-    kind: int, layer: float,
+    kind: int, layer: float, adapt: float, growth_max: float,
 ) -> None:  # fmt: skip
     """Integrate a posture manifold, called from Python."""
-    posture_integrate(memory, s_qp_tangent, held, dt, bound, kind, layer)
+    posture_integrate(memory, s_qp_tangent, held, dt, bound, kind, layer, adapt, growth_max)
 
 
 @entrance

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from equipoise.control.passivity.manifold_kernels import (
+    GROWTH,
     INTEGRAL,
     INTEGRAL_F,
     RATE_OF_S_DF,
@@ -26,6 +27,8 @@ from equipoise.control.passivity.manifold_kernels import (
 )
 from equipoise.control.passivity.sign import SignFunction
 from equipoise.spatial import Array
+
+Variants = tuple[float, float, float]  # root, adapt, growth_max
 
 
 class _Quantity:
@@ -63,11 +66,19 @@ class PostureManifold(_Manifold):
     argument of sgn is projected on the tangent space of the contacts, which is where s_qp lives
     when the contacts are rigid; what little of it is not (drift) then cannot wind the integral up.
 
-    `inside` tells whose memory it looks into: an array (5, nv), a clock and its place there.
+    Two variants, off at zero. `root` adds the super-twisting term `root sgn(s) |s|^(1/2)` of s_qp,
+    with a finite slope inside the layer of sgn. Source: Levant, Int. J. Control 58 (1993) 1247;
+    Moreno and Osorio, IEEE TAC 57 (2012) 1035, whose generalised form keeps a linear term, too.
+    `adapt` lets the slope k_ip grow outside that layer by up to `growth_max` times itself, and fall
+    again inside. Source: Plestan, Shtessel, Bregeault and Poznyak, Int. J. Control 83 (2010) 1907;
+    differs: the growth is bounded, and the rate is that of a saturated distance to the layer.
+
+    `inside` tells whose memory it looks into: an array (6, nv), a clock and its place there.
     """
 
     s_p0, integral_of_sign = _Quantity(S_P0), _Quantity(INTEGRAL)
     s_p, s_qp, s_rp = _Quantity(S_P), _Quantity(S_QP), _Quantity(S_RP)
+    growth = _Quantity(GROWTH)
 
     def __init__(
         self,
@@ -78,9 +89,11 @@ class PostureManifold(_Manifold):
         k_ip: float,
         sgn: SignFunction,
         bound: float,
+        variants: Variants = (0.0, 0.0, 0.0),
         inside: tuple[Array, Array, int] | None = None,
     ) -> None:
-        super().__init__(*(inside or (np.zeros((5, nv)), np.zeros(1), 0)))
+        super().__init__(*(inside or (np.zeros((6, nv)), np.zeros(1), 0)))
+        self.root, self.adapt, self.growth_max = variants
         self.alpha, self.beta_p, self.k_ip = float(alpha), float(beta_p), float(k_ip)
         self.sgn = sgn
         self.bound = float(bound)
@@ -93,15 +106,18 @@ class PostureManifold(_Manifold):
     def update(self, t: float, dq: Array, dv: Array) -> Array:
         """Take the errors `dq`, `dv` (nv,) of time `t` [s]; return `s_rp` (nv,)."""
         age = float(t - self.t0)
-        posture_update_alone(self.memory, dq, dv, age, self.alpha, self.beta_p, self.k_ip)
+        posture_update_alone(
+            self.memory, dq, dv, age, self.alpha, self.beta_p, self.k_ip, self.root, self.sgn.layer
+        )
         return self.s_rp
 
     def integrate(self, dt: float, s_qp_tangent: Array, held: Array) -> None:
         """Advance the integral of sgn by `dt` [s], except the components `held` (nv,) bool."""
         sgn = self.sgn
         posture_integrate_alone(
-            self.memory, s_qp_tangent, held, dt, self.bound, sgn.code, sgn.layer
-        )
+            self.memory, s_qp_tangent, held, dt, self.bound, sgn.code, sgn.layer,
+            self.adapt, self.growth_max,
+        )  # fmt: skip
 
 
 class ForceManifold(_Manifold):

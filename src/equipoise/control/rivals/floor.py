@@ -6,7 +6,7 @@ import numpy as np
 import scipy.linalg
 
 from equipoise.contacts import ContactStack
-from equipoise.control.base_wrench.bounded import ReactionBounds, bounds_of, require_feet
+from equipoise.control.base_wrench.foot_bounds import ReactionBounds, bounds_of, require_feet
 from equipoise.control.rivals.quadratic import minimise
 from equipoise.spatial import Array
 

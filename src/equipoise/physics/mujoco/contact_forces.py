@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.compiled.compilation import compiled, entrance
 from equipoise.compiled.scratch import scratch
@@ -28,6 +29,7 @@ from equipoise.contacts import (
     SurfaceContact,
 )
 from equipoise.contacts.surfaces import Plane
+from equipoise.errors import NameNotFoundError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.kinematics.kernels import FRAMES, Q, place_frames, place_joints, state_shapes
 from equipoise.kinematics.tree import fill_tree, tree_of
@@ -96,6 +98,17 @@ class ContactForces:
                 self._normals[k] = contact.T_world_surface.rotation[:, 2]  # wherever it is touched
             elif isinstance(contact, SurfaceContact | MovingSurfaceContact):
                 self._sliding.append((k, contact))
+
+    def anchor(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
+        """Read a sole from another place on, or as one in the air. Raises: `NameNotFoundError`."""
+        names = [one.name for one in self._contacts.contacts if isinstance(one, SoleContact)]
+        if name not in names:
+            raise NameNotFoundError("sole contact", name, names)
+        k = next(k for k, one in enumerate(self._contacts.contacts) if one.name == name)
+        part = self._memory.contacts
+        part.supports[k] = T_world_anchor is not None
+        if T_world_anchor is not None:
+            part.anchors[k] = pose_row(T_world_anchor)
 
     def read(self, q: Array, v: Array, t: float, readings: Array, xmat: Array) -> None:
         """Take the mean of the sensors into `lam`, in the rows of the state reached.

@@ -139,6 +139,13 @@ class MujocoEngine:
         self._move_sliders()
         return PhysicsState(t, q, v, self._lam.copy(), self._violation)
 
+    def support(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
+        """Read a sole's wrench in the axes of another place from now on; None: it is in the air.
+
+        Raises: `NameNotFoundError`.
+        """
+        self._forces.anchor(name, T_world_anchor)
+
     @property
     def object_names(self) -> tuple[str, ...]:
         """Names of the loose objects."""

@@ -1,1 +1,1 @@
-"""Rigid bodies with rigid bilateral contacts, equation (8)."""
+"""Rigid bodies with rigid contacts, equation (8): those that hold, and those that lift and land."""

@@ -130,6 +130,10 @@ class RigidContactEngine:
         self._entrance = (workspace.floats, workspace.integers, workspace.tables)
         self._memory = KinematicsMemory(robot, workspace, 1)
 
+    def begin_at(self, ticks: int) -> None:
+        """Let so many control periods have gone by before the next step."""
+        self._ticks, self._t = ticks, ticks * self._control_dt
+
     @property
     def state(self) -> PhysicsState:
         """The present state."""
@@ -181,6 +185,13 @@ class RigidContactEngine:
         lam = np.linalg.lstsq(J[:, :base].T, gravity[:base], rcond=None)[0]
         self._lam[rows] = lam
         return (gravity - J.T @ lam)[base:]
+
+    def support(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
+        """Raise: `InputError`. These contacts hold both ways, for as long as the run lasts."""
+        raise InputError(
+            f"contact {name!r} cannot be lifted or put down: the contacts of this engine hold",
+            remedy="Use the engine mujoco, or rigid with contacts that lift",
+        )
 
     @property
     def object_names(self) -> tuple[str, ...]:

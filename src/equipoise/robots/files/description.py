@@ -95,7 +95,10 @@ def read_bytes(path: Path) -> bytes:
     """Return the bytes of a file of bounded size. Raises: RobotFileError."""
     try:
         if not path.is_file():
-            raise RobotFileError(f"There is no file {path}", remedy="Give the path of a URDF file")
+            raise RobotFileError(
+                f"There is no file {path}",
+                remedy="Give the path of a URDF or MJCF file; for a robot with a name, get_robot",
+            )
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:

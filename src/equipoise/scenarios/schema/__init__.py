@@ -71,6 +71,14 @@ from equipoise.scenarios.schema.tasks import (
     TaskBase,
     TaskSpec,
 )
+from equipoise.scenarios.schema.walk import (
+    FootstepSpec,
+    StepsAlongSpec,
+    StepsToSpec,
+    SwingSpec,
+    WalkSpec,
+    WalkTimingSpec,
+)
 from equipoise.scenarios.schema.world import (
     FixedBody,
     HeldObject,
@@ -95,6 +103,7 @@ __all__ = [
     "FixedBody",
     "FloorSupportSpec",
     "FootContactSpec",
+    "FootstepSpec",
     "ForceProfile",
     "FrameAxesSpec",
     "FramePathSpec",
@@ -131,12 +140,17 @@ __all__ = [
     "SilenceSpec",
     "SliderSpec",
     "SoleContactSpec",
+    "StepsAlongSpec",
+    "StepsToSpec",
     "SurfaceContactSpec",
     "SurfaceSpec",
+    "SwingSpec",
     "TaskBase",
     "TaskSpec",
     "TravelSpec",
     "Vector3",
+    "WalkSpec",
+    "WalkTimingSpec",
     "WaypointSpec",
     "WorldSpec",
 ]

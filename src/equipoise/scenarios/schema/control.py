@@ -26,7 +26,8 @@ class GainsSpec(Section):
     matrix at each palm: stiffer wrists, for who carries what is not told.
 
     `projector`: `euclidean` is Q_phi as printed, `damping` the projector that is orthogonal in K_d
-    (docs: the law); left out it is `damping` where the adviser chooses gains for a soft floor.
+    (docs: the law); left out it is `damping` where the adviser chooses gains for a soft floor, and
+    where the robot walks.
     """
 
     kappa: Positive | None = None
@@ -43,6 +44,9 @@ class GainsSpec(Section):
     sgn_p: SignSpec = SignSpec()
     sgn_F: SignSpec = SignSpec(layer=0.5)
     integral_max: Positive = 10.0
+    root: NotNegative = 0.0
+    adapt: NotNegative = 0.0
+    growth_max: NotNegative = 4.0
     handover: Positive = 0.3
     damp_violation: bool = False
     projector: Literal["euclidean", "damping"] | None = None
@@ -105,8 +109,9 @@ class ControlSpec(Section):
     gains of a rival: those of `gains` belong to the paper's law, all but `handover`.
 
     `distribution` of the base wrench over the soles: `least` cost, or `bounded` so that the floor
-    can give the predicted reaction (pressing, in the cones, pressure inside the soles); left out it
-    is `bounded` in the engine mujoco.
+    can give the predicted reaction (pressing, in the cones, pressure inside the soles) and then so
+    that the joints that carry need no more than `torque_share` of their motors; left out it is
+    `bounded` in the engine mujoco, and where the robot walks.
     `reaction_filter` [s]: how slowly the measured reaction is followed when it is predicted; zero
     takes it at face value, which no delay survives. `soft_floor_delay` [s]: on a floor that gives
     (engine mujoco) the adviser chooses `kappa`, `alpha` and the layer of `sgn_p` so that the loop
@@ -126,6 +131,7 @@ class ControlSpec(Section):
     contact_rate: Positive = 10.0
     start: Literal["released", "standing"] = "released"
     distribution: Literal["least", "bounded"] | None = None
+    torque_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.7
     reaction_filter: NotNegative = 0.02
     soft_floor_delay: NotNegative = 0.003
     gains: GainsSpec = GainsSpec()

@@ -28,13 +28,17 @@ class MujocoSpec(Section):
 
 
 class PhysicsSpec(Section):
-    """The engine: `rigid` (contacts hold both ways, as in the paper) or `mujoco`.
+    """The engine: `rigid` or `mujoco`.
 
+    `contacts` of the engine rigid: `bilateral`, they hold both ways, as in the paper; `unilateral`,
+    soles and feet lift where they would pull and land with an inelastic impact. Left out they are
+    unilateral where the robot walks, and bilateral otherwise.
     `substeps` (physics steps a control period), the two gains that take back a violated contact,
     and `joint_damping` belong to the engine rigid; `mujoco` has a section of its own.
     """
 
     engine: Literal["rigid", "mujoco"] = "rigid"
+    contacts: Literal["bilateral", "unilateral"] | None = None
     mujoco: MujocoSpec = MujocoSpec()
     substeps: Annotated[int, Field(ge=1, le=100)] = 1
     position_gain: NotNegative = 0.1

@@ -15,6 +15,7 @@ from equipoise.scenarios.schema.control import ControlSpec
 from equipoise.scenarios.schema.disturbances import DisturbancesSpec, FaultsSpec, SensorsSpec
 from equipoise.scenarios.schema.physics import PhysicsSpec
 from equipoise.scenarios.schema.tasks import AvoidanceSpec, DampingSpec, FloorSupportSpec, TaskSpec
+from equipoise.scenarios.schema.walk import WalkSpec
 from equipoise.scenarios.schema.world import WorldSpec
 
 
@@ -29,6 +30,7 @@ class Scenario(Section):
     world: WorldSpec = WorldSpec()
     contacts: dict[Name, ContactSpec] = {}
     tasks: Annotated[dict[Name, TaskSpec], Field(min_length=1)]
+    walk: WalkSpec | None = None
     monitor: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = []
     control: ControlSpec = ControlSpec()
     physics: PhysicsSpec = PhysicsSpec()
@@ -56,6 +58,9 @@ class Scenario(Section):
         yield ("control", "contact_rate"), self.control.contact_rate
         for gain in ("alpha", "beta_p", "beta_F", "eta"):
             yield ("control", "gains", gain), getattr(self.control.gains, gain)
+        if self.walk is not None:
+            yield ("walk", "foot_rate"), self.walk.foot_rate
+            yield ("walk", "rate"), self.walk.rate
         for name, task in self.tasks.items():
             if isinstance(task, AvoidanceSpec):
                 yield ("tasks", name, "damping"), task.damping / (task.influence - task.security)

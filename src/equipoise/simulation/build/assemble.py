@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 from equipoise.control import GainAdvice, ReactionBounds, advise_for_postures, advise_gains
 from equipoise.control.kinds import controller_maker
 from equipoise.control.rivals.kinds import RivalKind
-from equipoise.errors import NameNotFoundError
+from equipoise.errors import AdviceWarning, NameNotFoundError
 from equipoise.hqp import make_solver
 from equipoise.motion import Governor, solve_posture
 from equipoise.physics import PhysicsEngine
@@ -25,8 +26,10 @@ from equipoise.simulation.build.levels import (
     build_start_levels,
     tell_slowed,
 )
+from equipoise.simulation.build.rehearse import rehearse
 from equipoise.simulation.build.rivals import known_robot, tuned_rival
 from equipoise.simulation.build.setup import Setup, build_setup
+from equipoise.simulation.build.walk import WalkSetup, build_walk
 from equipoise.simulation.plant import Plant
 from equipoise.spatial import Array
 from equipoise.tasks import FramePoseTask, Task
@@ -38,7 +41,7 @@ class Controls:
     """Everything of one run but the plant.
 
     `q_start` (nq,) is the starting posture, `advice` what the gain adviser said, `told` what was
-    told before the run.
+    told before the run, `walk` how it walks, if it does.
     """
 
     scenario: schema.Scenario
@@ -48,6 +51,7 @@ class Controls:
     advice: GainAdvice
     controller: WholeBodyController
     told: tuple[str, ...] = ()
+    walk: WalkSetup | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,8 +97,11 @@ def assemble_controls(scenario: schema.Scenario, prepared: Prepared | None = Non
     setup = build_setup(scenario, prepared.robot if prepared is not None else None)
     check_waypoints(scenario, setup)
     told = tell_slowed(scenario)
-    levels = build_levels(scenario, setup)
-    q_start = prepared.q_start if prepared is not None else starting_posture(scenario, setup)
+    walk = build_walk(scenario, setup)
+    levels = build_levels(scenario, setup, walk)
+    q_start = prepared.q_start if prepared is not None else starting_posture(scenario, setup, walk)
+    if prepared is None:
+        told = (*told, *_tell(rehearse(scenario, setup, q_start)))
     check_contacts(setup, q_start, setup.reference_schedule.at(0.0))
     advice = advise(scenario, setup, q_start)
     controller = WholeBodyController(
@@ -115,6 +122,7 @@ def assemble_controls(scenario: schema.Scenario, prepared: Prepared | None = Non
         advice=advice,
         controller=controller,
         told=told,
+        walk=walk,
     )
 
 
@@ -128,6 +136,13 @@ def assemble_plant(
     engine = make_engine(scenario, setup, q_start)
     plant = Plant(scenario, setup.robot, setup.contacts, engine)
     return plant, engine.stand() if scenario.control.start == "standing" else None
+
+
+def _tell(sentences: tuple[str, ...]) -> tuple[str, ...]:
+    """Warn of what had better be otherwise, and return it."""
+    for sentence in sentences:
+        warnings.warn(sentence, AdviceWarning, stacklevel=4)
+    return sentences
 
 
 def _controller(
@@ -148,14 +163,16 @@ def _controller(
     return lambda contacts: make(known, contacts, gains, period)
 
 
-def starting_posture(scenario: schema.Scenario, setup: Setup) -> Array:
+def starting_posture(
+    scenario: schema.Scenario, setup: Setup, walk: WalkSetup | None = None
+) -> Array:
     """Return the configuration (nq,) at time 0. Raises: `PostureNotFoundError`.
 
     Found by our own solver, whichever one then runs: what is compared begins at one place.
     """
     q, t_from = setup.robot.q_half_sitting, -APPROACH_TIME
     for with_avoidance in (False, True):
-        levels = build_start_levels(scenario, setup, with_avoidance=with_avoidance)
+        levels = build_start_levels(scenario, setup, walk, with_avoidance=with_avoidance)
         must_hold = [t for level in levels for t in level if isinstance(t, FramePoseTask)]
         q = solve_posture(
             setup.robot,
@@ -192,12 +209,15 @@ def advise(scenario: schema.Scenario, setup: Setup, q_start: Array) -> GainAdvic
 def control_settings(scenario: schema.Scenario, advice: GainAdvice) -> ControlSettings:
     """Return how the scenario wants the robot controlled."""
     control = scenario.control
-    usual = "bounded" if scenario.physics.engine == "mujoco" else "least"
+    lifts = scenario.physics.engine == "mujoco" or scenario.walk is not None
+    usual = "bounded" if lifts else "least"
     distribution = control.distribution or usual
+    bounds = ReactionBounds(torque_share=control.torque_share)
     return ControlSettings(
         gains=to_control_gains(gains_of(scenario), advice),
         period=control.period,
-        bounds=ReactionBounds() if distribution == "bounded" else None,
+        bounds=bounds if distribution == "bounded" else None,
+        split="zmp" if scenario.walk is not None else "measured",
         filter_time=control.reaction_filter,
         solver=control.solver,
         governor=_governor(control.governor),

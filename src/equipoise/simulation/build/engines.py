@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from equipoise.physics import PhysicsEngine, RigidContactEngine, RigidOptions
+from equipoise.errors import ScenarioError
+from equipoise.physics import (
+    PhysicsEngine,
+    RigidContactEngine,
+    RigidOptions,
+    UnilateralContactEngine,
+)
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import to_vector
 from equipoise.simulation.build.plant import plant_objects, plant_robot
@@ -25,7 +31,15 @@ def make_engine(scenario: schema.Scenario, setup: Setup, q_start: Array) -> Phys
     if scenario.physics.engine == "mujoco":
         return _mujoco(scenario, setup, q_start)
     physics = scenario.physics
-    return RigidContactEngine(
+    kind = physics.contacts or ("bilateral" if scenario.walk is None else "unilateral")
+    if scenario.walk is not None and kind == "bilateral":
+        raise ScenarioError(
+            "the robot walks, and bilateral contacts never lift",
+            path="physics.contacts",
+            remedy="Leave it out, say unilateral, or use the engine mujoco",
+        )
+    make = RigidContactEngine if kind == "bilateral" else UnilateralContactEngine
+    return make(
         plant_robot(scenario, setup),
         setup.contacts,
         q_start,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from equipoise.control import ControlGains, GainAdvice, SignFunction, advise_for_soft_floor
+from equipoise.control.passivity.gains import Projector
 from equipoise.scenarios import schema
 
 
@@ -10,7 +11,8 @@ def gains_of(scenario: schema.Scenario) -> schema.GainsSpec:
     """Return the gains that the run uses."""
     control = scenario.control
     if scenario.physics.engine != "mujoco" or control.soft_floor_delay == 0.0:
-        projector = control.gains.projector or "euclidean"
+        usual: Projector = "euclidean" if scenario.walk is None else "damping"
+        projector = control.gains.projector or usual
         return control.gains.model_copy(update={"projector": projector})
     projector = control.gains.projector or "damping"
     soft = advise_for_soft_floor(

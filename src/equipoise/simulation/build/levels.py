@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.simulation.build.fades import build_fades, contact_tasks
 from equipoise.simulation.build.setup import Setup, check_handle, check_target, to_waypoints
+from equipoise.simulation.build.walk import WalkSetup, other_contacts
 from equipoise.spatial import pose
 from equipoise.tasks import (
     AvoidanceTask,
@@ -52,14 +53,32 @@ from equipoise.trajectories import (
 APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
 
 
-def build_levels(scenario: schema.Scenario, setup: Setup) -> list[list[Task]]:
-    """Return the levels of the run: contacts at level 0, then tasks by priority."""
+def build_levels(
+    scenario: schema.Scenario, setup: Setup, walk: WalkSetup | None = None
+) -> list[list[Task]]:
+    """Return the levels of the run: contacts at level 0, then tasks by priority.
+
+    Where the robot walks, level 0 has the tasks of its feet in place of their contacts.
+    """
     tasks = {name: _build(name, spec, scenario, setup) for name, spec in _enabled(scenario)}
-    return _by_priority(scenario, contact_tasks(scenario, setup), tasks)
+    if walk is None:
+        return _by_priority(scenario, contact_tasks(scenario, setup), tasks)
+    first = [*walk.feet_tasks(), *other_contacts(scenario, setup)]
+    return _by_priority(scenario, first, tasks, _of_walk(walk, walk.com_task()))
+
+
+def _of_walk(walk: WalkSetup, com: Task) -> list[tuple[int, Task]]:
+    """Return the tasks of a walk with their priorities."""
+    trunk = [(walk.spec.trunk_priority, task) for task in walk.trunk_tasks()]
+    return [(walk.spec.priority, com), *trunk]
 
 
 def build_start_levels(
-    scenario: schema.Scenario, setup: Setup, *, with_avoidance: bool
+    scenario: schema.Scenario,
+    setup: Setup,
+    walk: WalkSetup | None = None,
+    *,
+    with_avoidance: bool,
 ) -> list[list[Task]]:
     """Return the levels that lead from half-sitting (t = -APPROACH_TIME) to the start (t = 0).
 
@@ -85,7 +104,10 @@ def build_start_levels(
             tasks[name] = _build(name, spec, scenario, setup)
     held = setup.reference_schedule.at(0.0) if with_avoidance else setup.soles
     contacts = ContactTask("contacts", held, rate=scenario.control.contact_rate)
-    return _by_priority(scenario, [contacts], tasks)
+    more = []
+    if walk is not None:
+        more = _of_walk(walk, walk.com_approach(setup.robot, APPROACH_TIME))
+    return _by_priority(scenario, [contacts], tasks, more)
 
 
 def _enabled(scenario: schema.Scenario) -> list[tuple[str, Any]]:
@@ -93,12 +115,15 @@ def _enabled(scenario: schema.Scenario) -> list[tuple[str, Any]]:
 
 
 def _by_priority(
-    scenario: schema.Scenario, contacts: list[Task], tasks: dict[str, Task]
+    scenario: schema.Scenario,
+    contacts: list[Task],
+    tasks: dict[str, Task],
+    more: Sequence[tuple[int, Task]] = (),
 ) -> list[list[Task]]:
-    priorities = sorted({scenario.tasks[name].priority for name in tasks})
+    placed = [*more, *((scenario.tasks[name].priority, task) for name, task in tasks.items())]
     levels: list[list[Task]] = [contacts]
-    for priority in priorities:
-        levels.append([t for name, t in tasks.items() if scenario.tasks[name].priority == priority])
+    for priority in sorted({priority for priority, _ in placed}):
+        levels.append([task for own, task in placed if own == priority])
     return levels
 
 

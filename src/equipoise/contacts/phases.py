@@ -1,0 +1,159 @@
+"""Phases of a contact: what was planned of it against what its force says, with hysteresis."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from equipoise.contacts.base import Contact
+from equipoise.errors import InputError
+from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, positive
+
+
+class Phase(Enum):
+    """How a contact is; the value is a sentence."""
+
+    HELD = "it carries, as planned"
+    FREE = "it is in the air, as planned"
+    TOUCHED = "it carries, although it is planned to be in the air"
+    LATE = "it is planned to carry, and has not touched yet"
+    LOST = "it is planned to carry, did so, and does no more"
+
+
+@dataclass(frozen=True)
+class PhaseSettings:
+    """When a contact counts as carrying.
+
+    It begins with a load above `touch` [N] and ends with one below `release` [N], each for `dwell`
+    [s] without a break.
+    Raises: `InputError`.
+    """
+
+    touch: float
+    release: float
+    dwell: float = 0.002
+
+    def __post_init__(self) -> None:
+        positive("the load that tells a touch", self.touch)
+        not_negative("the load that tells a release", self.release)
+        not_negative("the dwell of a phase", self.dwell)
+        if not self.release < self.touch:
+            raise InputError(
+                "a contact must be released at a smaller load than it is touched with",
+                given=(self.release, self.touch),
+            )
+
+    @classmethod
+    def for_weight(cls, weight: float) -> PhaseSettings:
+        """Return settings for a robot of a `weight` [N]: 3 % of it touches, 0.5 % releases."""
+        return cls(0.03 * positive("the weight", weight), 0.005 * weight)
+
+
+@dataclass(frozen=True)
+class PhaseChange:
+    """At time `t` [s] the contact `name` came into a phase with a `load` [N]."""
+
+    t: float
+    name: str
+    phase: Phase
+    load: float
+
+    def __str__(self) -> str:
+        return f"t = {self.t:.3f} s: {self.name}: {self.phase.value} ({self.load:.0f} N)"
+
+
+class ContactPhases:
+    """Follows the phases of contacts: `update` once a tick; `changes` is their story.
+
+    At first what is planned to carry does so.
+    """
+
+    def __init__(
+        self, contacts: Sequence[Contact], planned: Collection[str], settings: PhaseSettings
+    ) -> None:
+        self.settings = settings
+        self._contacts = {contact.name: contact for contact in contacts}
+        self._carries = {name: name in planned for name in self._contacts}
+        self._carried = dict(self._carries)  # since it was planned to
+        self._since: dict[str, float | None] = dict.fromkeys(self._contacts)
+        self.phases = {name: self._phase(name, name in planned) for name in self._contacts}
+        self.changes: list[PhaseChange] = []
+
+    @property
+    def carrying(self) -> tuple[str, ...]:
+        """Names of the contacts that carry."""
+        return tuple(name for name, carries in self._carries.items() if carries)
+
+    def those(self, phase: Phase) -> tuple[str, ...]:
+        """Return the names of the contacts in a phase."""
+        return tuple(name for name, one in self.phases.items() if one is phase)
+
+    def update(
+        self, t: float, planned: Collection[str], lam: Mapping[str, Array]
+    ) -> dict[str, Phase]:
+        """Take what is planned to carry at time `t` [s] and the multipliers; return the phases.
+
+        `lam` holds the multipliers (k,) of each contact, those that do not hold included; a load
+        that is no number changes nothing.
+        """
+        for name, contact in self._contacts.items():
+            load = load_of(contact, lam[name])
+            self._look(t, name, load)
+            if name not in planned:
+                self._carried[name] = False
+            elif self._carries[name]:
+                self._carried[name] = True
+            phase = self._phase(name, name in planned)
+            if phase is not self.phases[name]:
+                self.phases[name] = phase
+                self.changes.append(PhaseChange(t, name, phase, load))
+        return dict(self.phases)
+
+    def state(self) -> dict[str, Any]:
+        """Return a copy of the memory."""
+        return {
+            "carries": dict(self._carries),
+            "carried": dict(self._carried),
+            "since": dict(self._since),
+            "phases": dict(self.phases),
+            "changes": list(self.changes),
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue from what `state` returned."""
+        self._carries, self._carried = dict(state["carries"]), dict(state["carried"])
+        self._since, self.phases = dict(state["since"]), dict(state["phases"])
+        self.changes = list(state["changes"])
+
+    def _look(self, t: float, name: str, load: float) -> None:
+        """Let a contact begin or cease to carry once its load has said so for long enough."""
+        carries, settings = self._carries[name], self.settings
+        other = load < settings.release if carries else load > settings.touch
+        if not other:
+            self._since[name] = None
+            return
+        since = self._since[name]
+        if since is None:
+            since = self._since[name] = t
+        if t - since >= settings.dwell - 1e-9:
+            self._carries[name], self._since[name] = not carries, None
+
+    def _phase(self, name: str, planned: bool) -> Phase:
+        if self._carries[name]:
+            return Phase.HELD if planned else Phase.TOUCHED
+        if not planned:
+            return Phase.FREE
+        return Phase.LOST if self._carried[name] else Phase.LATE
+
+
+def load_of(contact: Contact, lam: Array) -> float:
+    """Return how hard a contact presses [N]: its normal force, or the size of its force."""
+    if contact.normal_row is not None:
+        return float(lam[contact.normal_row])
+    force = [value for value, unit in zip(lam, contact.units, strict=True) if unit == "N"]
+    return float(np.linalg.norm(force))

@@ -1,0 +1,110 @@
+"""A walk: its steps, how long they last, and how the feet swing."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from equipoise.scenarios.schema.base import NotNegative, Positive, Section, Vector3
+
+FootName = Literal["left", "right"]
+
+
+class StepsAlongSpec(Section):
+    """`count` steps, of which the last puts the feet side by side again.
+
+    The place between the feet goes on by `forward` and `left` [m], `turn` [rad] and `up` [m] a
+    step. What is sideways and turned of two steps is taken by the foot on the side it goes to, and
+    the other one follows. `first`: the foot that begins; left out, the one on the side it goes to,
+    or the right one.
+    """
+
+    count: Annotated[int, Field(ge=1, le=1000)]
+    forward: float = 0.0
+    left: float = 0.0
+    turn: float = 0.0
+    up: float = 0.0
+    first: FootName | None = None
+
+
+class StepsToSpec(Section):
+    """Steps to a `goal`: x, y [m] and heading [rad] of the place between the feet.
+
+    No foot is put more than `forward` [m] ahead of the other, `side` [m] wider apart than they
+    stand, or turned more than `turn` [rad] from it. Obstacles are not looked at.
+    """
+
+    goal: Vector3
+    forward: Positive = 0.2
+    side: Positive = 0.08
+    turn: Positive = 0.25
+
+
+class FootstepSpec(Section):
+    """A foot is put down where the frame of its sole is at `xyz` [m], heading to `yaw` [rad]."""
+
+    foot: FootName
+    xyz: Vector3
+    yaw: float = 0.0
+
+
+class WalkTimingSpec(Section):
+    """How long the phases last.
+
+    `single`: a foot is in the air. `double`: both feet carry while the load goes over. `shift`: how
+    long the load takes from the middle to the first foot that carries alone, and back from the last
+    one; of slow steps, the centre of mass from foot to foot. `settle`: how long it stands before
+    and after; of slow steps, before each foot is lifted.
+    """
+
+    single: Positive = 0.8
+    double: Positive = 0.4
+    shift: Positive = 1.0
+    settle: Positive = 0.5
+
+
+class SwingSpec(Section):
+    """How a foot swings: `height` over the higher end of its way, `touchdown` [m/s] downwards.
+
+    It goes on down at that speed, by `search` [m] at most, where there is no ground.
+    """
+
+    height: Positive = 0.05
+    touchdown: Positive = 0.03
+    search: NotNegative = 0.04
+
+
+class WalkSpec(Section):
+    """The robot walks (docs: walking): two sole contacts are lifted and put down step by step.
+
+    `mode`: `pendulum`, it falls from foot to foot; `slow`, the centre of mass is moved over a foot
+    before the other is lifted. Exactly one of `along`, `to` and `steps` says where the feet go.
+    `crouch` [m]: how much lower than at half-sitting the centre of mass is. `inward` [m]: how much
+    nearer to the other foot than the middle of a sole its load is led. `margin` [m]: how far inside
+    the soles the planned zero-moment point has to be. `stop` [s]: when it is told to stop.
+
+    The feet have level 0, the centre of mass `priority`, and the trunk, which stays upright and
+    turns with the feet, `trunk_priority`.
+    """
+
+    mode: Literal["pendulum", "slow"] = "pendulum"
+    along: StepsAlongSpec | None = None
+    to: StepsToSpec | None = None
+    steps: Annotated[list[FootstepSpec], Field(min_length=1, max_length=1000)] | None = None
+    timing: WalkTimingSpec = WalkTimingSpec()
+    swing: SwingSpec = SwingSpec()
+    crouch: NotNegative = 0.03
+    inward: NotNegative = 0.0
+    margin: NotNegative = 0.005
+    stop: Positive | None = None
+    priority: Annotated[int, Field(ge=1, le=20)] = 2
+    trunk_priority: Annotated[int, Field(ge=1, le=20)] = 3
+    foot_rate: Positive = 20.0
+    rate: Positive = 10.0
+
+    @model_validator(mode="after")
+    def _one_way(self) -> WalkSpec:
+        if sum(one is not None for one in (self.along, self.to, self.steps)) != 1:
+            raise ValueError("give exactly one of along, to and steps")
+        return self

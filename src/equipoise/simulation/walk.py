@@ -1,0 +1,77 @@
+"""A walk in a run: the walker is told what feet feel, controller and plant which of them carry."""
+
+from __future__ import annotations
+
+from equipoise.physics import PhysicsEngine
+from equipoise.runlog import Channel, TickRecord
+from equipoise.simulation.build.setup import Setup
+from equipoise.simulation.build.walk import WalkSetup
+from equipoise.simulation.sensors import Reading
+from equipoise.walking.feet import Stance
+from equipoise.wbc import WholeBodyController
+
+NORMAL = 2  # row of a sole's wrench
+
+
+class WalkDriver:
+    """Leads the targets of a run tick by tick, and switches supports at lift and touchdown."""
+
+    def __init__(
+        self, walk: WalkSetup, setup: Setup, controller: WholeBodyController, engine: PhysicsEngine
+    ) -> None:
+        self.walk, self.robot = walk, setup.robot
+        self.walker = walk.walker()
+        self.controller, self.engine = controller, engine
+        self._rows = [setup.contacts.rows[name].start + NORMAL for name in walk.contacts]
+        self._frames = [sole.frame for sole in walk.planner.feet.soles]
+        self._carry: tuple[int, ...] = self.walker.supports
+        self._seen = 0.0
+
+    def before_tick(self, t: float, reading: Reading) -> None:
+        """Lead the targets to time `t` [s], and switch the supports if a foot lifted or landed."""
+        walker, walk = self.walker, self.walk
+        if walk.spec.stop is not None and self._seen < walk.spec.stop <= t:
+            walker.stop()
+        self._seen = t
+        loads = reading.lam[self._rows].tolist()
+        carry = walker.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
+        if carry == self._carry:
+            return
+        self._carry = carry
+        names = [walk.contacts[foot] for foot in carry]
+        anchors = {walk.contacts[foot]: walker.stance[foot] for foot in carry}
+        self.controller.switch(names, anchors=anchors)
+        for foot, name in enumerate(walk.contacts):
+            self.engine.support(name, walker.stance[foot] if foot in carry else None)
+
+    def _soles(self, reading: Reading) -> Stance:
+        """Return where the soles are, as measured."""
+        kin = self.robot.at(reading.q)
+        left, right = self._frames
+        return kin.placement(left), kin.placement(right)
+
+    @property
+    def story(self) -> tuple[str, ...]:
+        """What happened to the feet, in sentences."""
+        return tuple(str(event) for event in self.walker.events)
+
+    @property
+    def channels(self) -> list[Channel]:
+        """What is logged of a walk: where it is wanted, and who carries."""
+        plane = ("x", "y")
+        return [
+            Channel("walk/centre", ("x", "y", "z"), "m", "wanted centre of mass"),
+            Channel("walk/zmp", plane, "m", "planned zero-moment point"),
+            Channel("walk/dcm", plane, "m", "planned divergent component of motion"),
+            Channel("walk/carries", ("left", "right"), "", "1: the foot is a support"),
+            Channel("walk/clock", ("time", "rate"), ("s", ""), "clock of the plan"),
+        ]
+
+    def write(self, record: TickRecord) -> None:
+        """Fill the views of the present tick."""
+        walker = self.walker
+        state = walker.plan.centre.at(walker.clock.t)
+        record["walk/centre"][:] = self.walk.targets.centre.row(0.0)[9:12]
+        record["walk/zmp"][:], record["walk/dcm"][:] = state.zmp, state.dcm
+        record["walk/carries"][:] = [float(foot in self._carry) for foot in (0, 1)]
+        record["walk/clock"][:] = walker.clock.t, walker.clock.rate

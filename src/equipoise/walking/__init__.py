@@ -1,0 +1,47 @@
+"""Walking: footsteps, the centre of mass over them, swings, and the phases of a step."""
+
+from equipoise.walking.clock import WalkClock
+from equipoise.walking.feasible import WalkLimits, require_feasible
+from equipoise.walking.feet import LEFT, RIGHT, Feet
+from equipoise.walking.footsteps import (
+    Footstep,
+    Stride,
+    StrideLimits,
+    closing_step,
+    steps_along,
+    steps_to,
+)
+from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
+from equipoise.walking.settings import WalkMode, WalkSettings
+from equipoise.walking.swing import Swing, SwingShape
+from equipoise.walking.targets import LedPose, WalkTargets
+from equipoise.walking.timing import WalkTiming
+from equipoise.walking.walker import TouchSettings, Walker, WalkEvent
+
+__all__ = [
+    "LEFT",
+    "RIGHT",
+    "Feet",
+    "Footstep",
+    "LedPose",
+    "PlannedStep",
+    "Stride",
+    "StrideLimits",
+    "Swing",
+    "SwingShape",
+    "TouchSettings",
+    "WalkClock",
+    "WalkEvent",
+    "WalkLimits",
+    "WalkMode",
+    "WalkPlan",
+    "WalkPlanner",
+    "WalkSettings",
+    "WalkTargets",
+    "WalkTiming",
+    "Walker",
+    "closing_step",
+    "require_feasible",
+    "steps_along",
+    "steps_to",
+]

@@ -1,0 +1,45 @@
+"""How a robot walks: mode, timing, shape of the swing, height of its centre of mass."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+
+from equipoise.spatial.numbers import not_negative, positive
+from equipoise.walking.swing import SwingShape
+from equipoise.walking.timing import WalkTiming
+
+GRAVITY = 9.81  # [m/s^2]
+
+
+class WalkMode(Enum):
+    """How the centre of mass is led; the value is a sentence."""
+
+    PENDULUM = "it falls from foot to foot, as a linear inverted pendulum"
+    SLOW = "it is moved over a foot before the other is lifted"
+
+
+@dataclass(frozen=True)
+class WalkSettings:
+    """What a walk is planned with.
+
+    `height` [m]: of the centre of mass over the ground. `inward` [m]: how much nearer to the other
+    foot than the middle of a sole its load is led.
+    Raises: `InputError`.
+    """
+
+    height: float
+    mode: WalkMode = WalkMode.PENDULUM
+    timing: WalkTiming = field(default_factory=WalkTiming)
+    swing: SwingShape = field(default_factory=SwingShape)
+    inward: float = 0.0
+
+    def __post_init__(self) -> None:
+        positive("the height of the centre of mass", self.height, "m")
+        not_negative("how far inward the load is led", self.inward, "m")
+
+    @property
+    def omega(self) -> float:
+        """The rate [1/s] at which the pendulum falls."""
+        return math.sqrt(GRAVITY / self.height)

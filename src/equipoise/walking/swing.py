@@ -1,0 +1,165 @@
+"""A foot through the air: up, across, down softly, and on down until it finds the ground."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.spatial import Array
+from equipoise.spatial.numbers import not_negative, positive
+from equipoise.trajectories.minimum_jerk import share_of, step, step_bend, step_rate
+from equipoise.trajectories.quintic import powers_between
+
+RISE = 0.45  # share of the swing in which the foot goes up
+ACROSS = (0.02, 0.96)  # shares of the swing between which it goes across and turns
+FASTEST = 1.875  # greatest rate of a minimum-jerk step
+
+
+@dataclass(frozen=True)
+class SwingShape:
+    """How a foot swings: `height` [m] over the higher end, and `touchdown` [m/s] downwards.
+
+    It meets the ground at that speed, and goes on at it for `search` [m] where there is none.
+    Raises: `InputError`.
+    """
+
+    height: float = 0.05
+    touchdown: float = 0.03
+    search: float = 0.04
+
+    def __post_init__(self) -> None:
+        positive("the height of a swing", self.height, "m")
+        positive("the speed of a touchdown", self.touchdown, "m/s")
+        not_negative("the way a foot searches", self.search, "m")
+
+
+@dataclass(frozen=True)
+class FootSample:
+    """A foot's pose with twist and acceleration (6,) in world axes: linear, then angular."""
+
+    T_world_sole: pin.SE3
+    twist: Array
+    acceleration: Array
+
+
+class Swing:
+    """The way of a foot from `T_from` (lifted at `lift` [s]) to `T_to` (down at `land` [s]).
+
+    Upwards it goes from rest to the top and down to a touchdown at a speed; across and in its turn
+    it is a minimum-jerk step in the middle of that time. All of it is continuous to the second
+    derivative. Behind `land` it goes straight down at the speed of touchdown.
+    """
+
+    def __init__(
+        self, T_from: pin.SE3, T_to: pin.SE3, lift: float, land: float, shape: SwingShape
+    ) -> None:
+        self.T_from, self.T_to, self.lift, self.land, self.shape = T_from, T_to, lift, land, shape
+        self._way = T_to.translation - T_from.translation
+        self._axis = pin.log3(T_from.rotation.T @ T_to.rotation)
+        T = land - lift
+        z0, z1 = float(T_from.translation[2]), float(T_to.translation[2])
+        top = max(z0, z1) + shape.height
+        self._turning = lift + RISE * T
+        rest, summit = [[z0], [0.0], [0.0]], [[top], [0.0], [0.0]]
+        down = [[z1], [-shape.touchdown], [0.0]]
+        self._up = powers_between(RISE * T, np.array(rest), np.array(summit))[:, 0]
+        self._down = powers_between((1.0 - RISE) * T, np.array(summit), np.array(down))[:, 0]
+
+    @property
+    def fastest(self) -> float:
+        """The greatest speed [m/s] across."""
+        across = float(np.linalg.norm(self._way[:2]))
+        return FASTEST * across / ((ACROSS[1] - ACROSS[0]) * (self.land - self.lift))
+
+    @property
+    def sharpest(self) -> float:
+        """The greatest acceleration [m/s^2] across."""
+        across = float(np.linalg.norm(self._way[:2]))
+        return 10.0 / math.sqrt(3.0) * across / ((ACROSS[1] - ACROSS[0]) * self.duration) ** 2
+
+    @property
+    def duration(self) -> float:
+        """How long [s] it is in the air, as planned."""
+        return self.land - self.lift
+
+    def at(self, t: float) -> FootSample:
+        """Return the foot at time `t` [s]."""
+        T, (begin, end) = self.duration, ACROSS
+        start, stop = self.lift + begin * T, self.lift + end * T
+        x, span = share_of(t, start, stop), stop - start
+        s, rate, bend = step(x), step_rate(x) / span, step_bend(x) / span**2
+        z, vz, az = self._upwards(t)
+        place = self.T_from.translation + s * self._way
+        place[2] = z
+        turn = self.T_from.rotation @ self._axis
+        return FootSample(
+            pin.SE3(self.T_from.rotation @ pin.exp3(s * self._axis), place),
+            np.array([*(rate * self._way[:2]), vz, *(rate * turn)]),
+            np.array([*(bend * self._way[:2]), az, *(bend * turn)]),
+        )
+
+    def _upwards(self, t: float) -> tuple[float, float, float]:
+        """Return height [m], its rate and its second derivative."""
+        if t >= self.land:
+            gone = min(self.shape.touchdown * (t - self.land), self.shape.search)
+            sinks = gone < self.shape.search or not self.shape.search
+            z = float(self.T_to.translation[2]) - gone
+            return z, -self.shape.touchdown if sinks else 0.0, 0.0
+        if t <= self.lift:
+            return float(self.T_from.translation[2]), 0.0, 0.0
+        up = t < self._turning
+        powers, since = (self._up, self.lift) if up else (self._down, self._turning)
+        return _with_derivatives(powers, t - since)
+
+
+class Glide:
+    """A foot on the ground whose reference is led to where it stands, from where it was.
+
+    From pose and twist of the moment `start` [s] to rest at `T_to` within `duration` [s].
+    """
+
+    def __init__(self, begin: FootSample, T_to: pin.SE3, start: float, duration: float) -> None:
+        self.T_to, self.start, self.duration = T_to, start, duration
+        self._R = T_to.rotation
+        apart = pin.log3(self._R.T @ begin.T_world_sole.rotation)
+        rate = pin.Jlog3(pin.exp3(apart)) @ (begin.T_world_sole.rotation.T @ begin.twist[3:])
+        offset = np.concatenate((begin.T_world_sole.translation - T_to.translation, apart))
+        first = np.array([offset, np.concatenate((begin.twist[:3], rate)), np.zeros(6)])
+        self._powers = powers_between(duration, first, np.zeros((3, 6)))
+
+    def at(self, t: float) -> FootSample:
+        """Return the foot at time `t` [s]; the acceleration is that across and upwards only."""
+        s = min(max(t - self.start, 0.0), self.duration)
+        x, v, a = _with_derivatives(self._powers, s)
+        R = self._R @ pin.exp3(x[3:])
+        spin = R @ (pin.Jexp3(x[3:]) @ v[3:])
+        return FootSample(
+            pin.SE3(R, self.T_to.translation + x[:3]),
+            np.concatenate((v[:3], spin)),
+            np.concatenate((a[:3], np.zeros(3))),
+        )
+
+
+class Standing:
+    """A foot that stands."""
+
+    def __init__(self, T_world_sole: pin.SE3) -> None:
+        self.T_to = T_world_sole
+
+    def at(self, t: float) -> FootSample:
+        """Return the foot, at rest."""
+        return FootSample(self.T_to, np.zeros(6), np.zeros(6))
+
+
+FootPath = Swing | Glide | Standing
+
+
+def _with_derivatives(powers: Array, s: float) -> tuple:  # type: ignore[type-arg]
+    """Return a polynomial, highest power first, and its two derivatives."""
+    x, v, a = 0.0 * powers[0], 0.0 * powers[0], 0.0 * powers[0]
+    for power in powers:
+        a, v, x = a * s + 2.0 * v, v * s + x, x * s + power
+    return x, v, a

@@ -1,0 +1,55 @@
+"""What a walk wants at a moment, in the form that tasks follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.spatial import Array, pose_row
+from equipoise.trajectories import PoseSample, PoseTrajectory
+from equipoise.trajectories.base import ROW
+
+
+class LedPose(PoseTrajectory):
+    """A pose that is led by whoever writes it: every tick follows what was written last."""
+
+    def __init__(self, T_world_target: pin.SE3) -> None:
+        self._row = np.zeros(ROW)
+        self.write(T_world_target, np.zeros(6))
+
+    def write(self, T_world_target: pin.SE3, twist: Array) -> None:
+        """Let the pose be here and move with a twist (6,) in world axes."""
+        self._row[:12] = pose_row(T_world_target)
+        self._row[12:] = twist
+
+    def write_point(self, point: Array, velocity: Array) -> None:
+        """Let the origin be at a point (3,) [m] and move with a velocity (3,) [m/s]."""
+        self._row[9:12], self._row[12:15] = point, velocity
+
+    def write_heading(self, R: Array, spin: float) -> None:
+        """Let the axes be those of R (3, 3), turning at `spin` [rad/s] about the vertical."""
+        self._row[:9] = R.T.ravel()
+        self._row[17] = spin
+
+    def row(self, t: float) -> Array:
+        """Return pose row and twist (18,)."""
+        return self._row
+
+    def at(self, t: float) -> PoseSample:
+        """Return the pose and its rate."""
+        T = pin.SE3(self._row[:9].reshape(3, 3).T.copy(), self._row[9:12].copy())
+        return PoseSample(T, self._row[12:].copy())
+
+
+@dataclass(frozen=True)
+class WalkTargets:
+    """The poses that a walk leads: both soles, the centre of mass, and frames that stay upright.
+
+    `upright` maps a frame to the pose that is led, whose axes turn with the heading.
+    """
+
+    soles: tuple[LedPose, LedPose]
+    centre: LedPose
+    upright: dict[str, LedPose] = field(default_factory=dict)

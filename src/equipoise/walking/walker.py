@@ -1,0 +1,237 @@
+"""The phases of a walk as they happen: lift, swing, touchdown when the ground is there, and on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+
+from equipoise.errors import InputError
+from equipoise.spatial import Array
+from equipoise.spatial.numbers import positive
+from equipoise.walking.clock import WalkClock
+from equipoise.walking.feet import LEFT, RIGHT, Stance, level_pose, with_foot, yaw_of
+from equipoise.walking.footsteps import Footstep, closing_step
+from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
+from equipoise.walking.swing import FootPath, Glide, Standing, Swing
+from equipoise.walking.targets import WalkTargets
+
+BOTH = (LEFT, RIGHT)
+LATE = 0.01  # [s] behind its plan at which a touchdown is told to be late
+NAMES = ("left", "right")
+
+
+@dataclass(frozen=True)
+class TouchSettings:
+    """How a touchdown is told and taken.
+
+    `load` [N] on a sole, behind the share `earliest` of its swing, is a touchdown. `glide` [s]: how
+    long the reference then takes to where the foot stands. `level` [m]: up to which difference the
+    ground is where it was planned, and the sole gives.
+    Raises: `InputError`.
+    """
+
+    load: float
+    earliest: float = 0.55
+    glide: float = 0.12
+    level: float = 0.005
+
+    def __post_init__(self) -> None:
+        for name in ("load", "glide", "level"):
+            positive(f"the {name} of a touchdown", getattr(self, name))
+        if not 0.0 < self.earliest < 1.0:
+            raise InputError("a touchdown counts from a share of the swing on", given=self.earliest)
+
+
+@dataclass(frozen=True)
+class WalkEvent:
+    """What happened at time `t` [s]: `kind` is lift, touch, late, stop or stood; and to which foot.
+
+    `early` [s] is how long before its plan a foot touched, negative behind it; `off` (3,) [m] how
+    far from where it was to be.
+    """
+
+    t: float
+    kind: str
+    step: int = 0
+    foot: int = -1
+    early: float = 0.0
+    off: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __str__(self) -> str:
+        if self.kind == "touch":
+            x, y, z = (1e3 * value for value in self.off)
+            return (
+                f"t = {self.t:.3f} s: step {self.step}, the {NAMES[self.foot]} foot touches "
+                f"{1e3 * self.early:+.0f} ms before its plan, ({x:+.1f}, {y:+.1f}, {z:+.1f}) mm off"
+            )
+        words = {
+            "lift": f"step {self.step}, the {NAMES[self.foot]} foot lifts",
+            "late": f"step {self.step}, the {NAMES[self.foot]} foot finds no ground; it searches",
+            "stop": "it is told to stop",
+            "stood": "it stands",
+        }
+        return f"t = {self.t:.3f} s: {words[self.kind]}"
+
+
+@dataclass
+class Walker:
+    """Leads the targets of a walk, tick by tick, from what the feet feel.
+
+    `advance` once a tick says which feet carry. A touchdown is where the ground is: the plan goes
+    on from where the foot stands, so that errors of landings do not add up. `stop` and `walk_on`
+    take effect with the next touchdown; `stop` puts the feet side by side.
+    """
+
+    planner: WalkPlanner
+    plan: WalkPlan
+    touch: TouchSettings
+    targets: WalkTargets
+    clock: WalkClock = field(default_factory=WalkClock)
+    supports: tuple[int, ...] = BOTH
+    events: list[WalkEvent] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.stance: Stance = self.plan.stance
+        feet = self.planner.feet
+        middle = feet.middle(self.stance)
+        own = [middle.actInv(T) for T in self.stance]
+        self._beside = own[RIGHT].actInv(own[LEFT]), own[LEFT].actInv(own[RIGHT])
+        self._paths: list[FootPath] = [Standing(T) for T in self.stance]
+        self._swing: PlannedStep | None = None
+        self._left = [one.footstep for one in self.plan.steps]  # footsteps not yet begun
+        self._number = 1  # of the next step
+        self._wanted: list[Footstep] | None = None
+        self._stops = self._stood = self._told = False
+        self._heading = self.plan.heading.at(self.clock.t)[0]
+        self._upright: dict[str, Array] = {
+            name: led.at(0.0).T_world_target.rotation for name, led in self.targets.upright.items()
+        }
+        self._last_heading = self._heading
+        self._write()
+
+    # -- what one may ask -----------------------------------------------------------------------
+
+    @property
+    def swinging(self) -> PlannedStep | None:
+        """The step in the air."""
+        return self._swing
+
+    @property
+    def stands(self) -> bool:
+        """Whether both feet carry and nothing is to come."""
+        return self._swing is None and not self._left and self.clock.t >= self.plan.end
+
+    @property
+    def remaining(self) -> int:
+        """How many steps are still to come, that in the air not counted."""
+        return len(self._left)
+
+    def stop(self) -> None:
+        """Put the feet side by side at the next touchdown, and stand."""
+        self._stops = True
+
+    def walk_on(self, steps: Sequence[Footstep]) -> None:
+        """Let these steps follow the next touchdown, instead of those planned; or begin now."""
+        self._wanted = list(steps)
+
+    # -- a tick ---------------------------------------------------------------------------------
+
+    def advance(
+        self, t: float, dt: float, loads: Sequence[float], find_soles: Callable[[], Stance]
+    ) -> tuple[int, ...]:
+        """Go on to the tick of time `t` [s] that lasts `dt` [s]; return the feet that carry in it.
+
+        `loads` (2,) [N] are the normal forces at the soles; `find_soles` says where they are, and
+        is asked at a touchdown only.
+        """
+        s = self.clock.t
+        if self._swing is not None:
+            self._look_for_ground(t, s, loads, find_soles)
+        elif self.stands and self._wanted:
+            self._begin(s)
+        if self._swing is None and self._left:
+            following = next(one for one in self.plan.steps if one.number == self._number)
+            if s >= following.lift - 1e-9:
+                self._lift(t, following)
+        if self.stands and not self._stood:
+            self._stood = True
+            self.events.append(WalkEvent(t, "stood"))
+        self._write()
+        self.clock.advance(dt)
+        return self.supports
+
+    def _begin(self, s: float) -> None:
+        steps, self._wanted = self._wanted or [], None
+        self.plan = self.planner.begin(self.stance, steps, s)
+        heading = self.plan.heading
+        self._heading += heading.at(s)[0] - self._last_heading
+        self._left, self._stood, self._stops, self._number = list(steps), False, False, 1
+
+    def _lift(self, t: float, step: PlannedStep) -> None:
+        here = self._paths[step.foot].at(self.clock.t).T_world_sole
+        shape = self.planner.settings.swing
+        to = step.footstep.T_world_sole
+        self._paths[step.foot] = Swing(here, to, step.lift, step.land, shape)
+        self._swing, self.supports = step, (1 - step.foot,)
+        self._left, self._told = self._left[1:], False
+        self._number = step.number + 1
+        self.events.append(WalkEvent(t, "lift", step.number, step.foot))
+
+    def _look_for_ground(
+        self, t: float, s: float, loads: Sequence[float], find_soles: Callable[[], Stance]
+    ) -> None:
+        step = self._swing
+        assert step is not None
+        share = (s - step.lift) / (step.land - step.lift)
+        if share > self.touch.earliest and loads[step.foot] > self.touch.load:
+            self._land(t, s, step, find_soles()[step.foot])
+        elif s >= step.land:
+            self.clock.slowed = True
+            if s >= step.land + LATE and not self._told:
+                self._told = True
+                self.events.append(WalkEvent(t, "late", step.number, step.foot))
+
+    def _land(self, t: float, s: float, step: PlannedStep, T_here: pin.SE3) -> None:
+        """Take the ground where it is, and plan on from there."""
+        wanted = step.footstep.T_world_sole
+        off = T_here.translation - wanted.translation
+        z = float((wanted if abs(off[2]) <= self.touch.level else T_here).translation[2])
+        T = level_pose(T_here.translation[0], T_here.translation[1], z, yaw_of(T_here))
+        sample = self._paths[step.foot].at(s)
+        self._paths[step.foot] = Glide(sample, T, s, self.touch.glide)
+        self.stance = with_foot(self.stance, step.foot, T)
+        if self._wanted is not None:
+            self._left, self._wanted = self._wanted, None
+        if self._stops:
+            foot = 1 - step.foot
+            self._left = closing_step(self.planner.feet, self.stance, foot, self._beside[foot])
+            self._stops = False
+            self.events.append(WalkEvent(t, "stop"))
+        self.plan = self.planner.go_on(self.plan, s, self.stance, self._left, step.number + 1)
+        self._swing, self.supports, self.clock.slowed = None, BOTH, False
+        self.events.append(
+            WalkEvent(t, "touch", step.number, step.foot, step.land - s, (off[0], off[1], off[2]))
+        )
+
+    def _write(self) -> None:
+        """Lead the targets to where they are wanted now."""
+        s, rate = self.clock.t, self.clock.rate
+        for path, led in zip(self._paths, self.targets.soles, strict=True):
+            sample = path.at(s)
+            led.write(sample.T_world_sole, rate * sample.twist)
+        centre = self.plan.centre.at(s)
+        ground, rise = self.plan.ground.at(s)
+        height = self.planner.settings.height
+        self.targets.centre.write_point(
+            np.array([*centre.p, height + ground]), rate * np.array([*centre.v, rise])
+        )
+        heading, spin = self.plan.heading.at(s)
+        self._last_heading = heading
+        c, sn = math.cos(heading - self._heading), math.sin(heading - self._heading)
+        turn = np.array([[c, -sn, 0.0], [sn, c, 0.0], [0.0, 0.0, 1.0]])
+        for name, led in self.targets.upright.items():
+            led.write_heading(turn @ self._upright[name], rate * spin)

@@ -101,6 +101,8 @@ def test_a_session_is_the_same_twice():
 def test_what_nothing_measures_is_not_driven():
     with pytest.raises(ScenarioError, match="nothing measures how far a pushed object has gone"):
         RemoteRun(read_scenario("telephone"), lambda controls, model: None, lockstep=True)
+    with pytest.raises(ScenarioError, match="not told which foot carries"):
+        RemoteRun(read_scenario("walk"), lambda controls, model: None, lockstep=True)
 
 
 def near_run(*changes: str) -> RemoteRun:
@@ -182,5 +184,5 @@ def test_what_a_wire_cannot_tell_is_refused_before_anyone_is_called():
     def nobody(*_):
         raise AssertionError("nobody should be called")
 
-    with pytest.raises(ScenarioError, match="come and go"):
+    with pytest.raises(ScenarioError, match="walk there"):
         RemoteRun(read_scenario("walk"), nobody, lockstep=True)

@@ -42,8 +42,16 @@ def robot(folder: Path, *more: str) -> Iterator[tuple[subprocess.Popen, str]]:
         process.stdout.close()
 
 
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Have all kernels compiled: the run that compiles them may differ in the last digits."""
+    folder = tmp_path_factory.mktemp("compiled")
+    command = equipoise_command("run", "press", "--set", "duration=0.01", "--no-figures")
+    subprocess.run(command, capture_output=True, cwd=folder, check=False)
+
+
 @pytest.fixture
-def plant(tmp_path: Path) -> Iterator[tuple[subprocess.Popen, str]]:
+def plant(compiled: None, tmp_path: Path) -> Iterator[tuple[subprocess.Popen, str]]:
     """Start a robot on a free port; give its process and the port."""
     with robot(tmp_path, "--wire-port", "0") as (process, line):
         yield process, line.split("port ")[1].split(",")[0]

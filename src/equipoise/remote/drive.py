@@ -64,9 +64,8 @@ class RemoteRun(ControlledRun):
             )
         if scenario.walk is not None:
             raise ScenarioError(
-                "supports that come and go are not sent across a wire yet",
+                "a robot elsewhere is not told which foot carries, so it cannot walk there yet",
                 path="walk",
-                remedy="Take a scenario without walk, or equipoise run",
             )
         controls = assemble_controls(scenario, prepared)
         super().__init__(controls, Recorder(controls, {}))
@@ -200,7 +199,7 @@ class RemoteRun(ControlledRun):
     def _command(self, t: float, state: RobotState | None) -> WholeBodyCommand:
         """Return the command at time `t` [s], on a state or on nothing."""
         q, v, lam = (state.q, state.v, state.lam) if state is not None else self._nothing
-        held = self._held.rows(self.setup.schedule.at(t))
+        held = self._held.rows(self.controller.supports.at(t))
         return self.controller.step(t, q, v, lam[held])
 
     def _ask(self, t: float, seen: PhysicsState) -> None:

@@ -41,11 +41,11 @@ class ControlledRun(ABC):
     def story(self) -> tuple[str, ...]:
         """What a person changed and what the supervisor did, in sentences."""
         changes = self.operator_port.changes if self.operator_port is not None else []
-        return (*self.controls.told, *changes, *self.robot_story, *self.controller.story)
+        return (*self.controls.told, *changes, *self.happened, *self.controller.story)
 
     @property
-    def robot_story(self) -> tuple[str, ...]:
-        """What happened on the robot's side, in sentences."""
+    def happened(self) -> tuple[str, ...]:
+        """What else happened on the way, in sentences."""
         return ()
 
     def operate(self, operator: Operator) -> None:

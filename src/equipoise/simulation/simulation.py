@@ -36,13 +36,13 @@ class Simulation(ControlledRun):
 
     @property
     def robot_channels(self) -> list[Channel]:
-        """What the sensors and motors did, where loose objects are, and how it walks."""
+        """What the sensors and motors did, where loose objects are, how the walk goes."""
         walked = self.walk.channels if self.walk is not None else []
         return self.plant.channels + self.objects.channels + walked
 
     @property
-    def robot_story(self) -> tuple[str, ...]:
-        """What happened to the feet, in sentences."""
+    def happened(self) -> tuple[str, ...]:
+        """What happened to the feet of a walk, in sentences."""
         return self.walk.story if self.walk is not None else ()
 
     def ticks(self, record: TickRecord | None = None) -> Iterator[tuple[float, TickRecord]]:

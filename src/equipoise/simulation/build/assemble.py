@@ -141,7 +141,7 @@ def assemble_plant(
 def _tell(sentences: tuple[str, ...]) -> tuple[str, ...]:
     """Warn of what had better be otherwise, and return it."""
     for sentence in sentences:
-        warnings.warn(sentence, AdviceWarning, stacklevel=3)
+        warnings.warn(sentence, AdviceWarning, stacklevel=4)
     return sentences
 
 

@@ -91,7 +91,7 @@
       const width = this.canvas.clientWidth * Math.min(devicePixelRatio, 2) | 0;
       const height = this.canvas.clientHeight * Math.min(devicePixelRatio, 2) | 0;
       if (this.canvas.width !== width || this.canvas.height !== height) { this.canvas.width = width; this.canvas.height = height; }
-      gl.viewport(0, 0, width, height); gl.clearColor(0.957, 0.965, 0.973, 1);
+      gl.viewport(0, 0, width, height); gl.clearColor(0, 0, 0, 0);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT); gl.enable(gl.DEPTH_TEST);
       gl.useProgram(this.program);
       gl.uniformMatrix4fv(this.at("view"), false, perspectiveView(width / height));

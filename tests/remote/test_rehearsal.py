@@ -178,11 +178,3 @@ def test_a_robot_that_is_led_away_from_its_posture_lets_its_weight_down():
             robot.write(RobotCommand(robot.t, CommandMode.HOLD, tau))
         modes[force] = robot.mode
     assert modes == {5.0: RobotMode.HELD, 800.0: RobotMode.SUNK}
-
-
-def test_what_a_wire_cannot_tell_is_refused_before_anyone_is_called():
-    def nobody(*_):
-        raise AssertionError("nobody should be called")
-
-    with pytest.raises(ScenarioError, match="walk there"):
-        RemoteRun(read_scenario("walk"), nobody, lockstep=True)

@@ -23,7 +23,7 @@ from equipoise.walking import (
     require_feasible,
     steps_along,
 )
-from equipoise.walking.feasible import zmp_room
+from equipoise.walking.feasible import zmp_at, zmp_room
 from equipoise.walking.feet import level_pose
 from equipoise.walking.footsteps import after
 
@@ -105,6 +105,22 @@ def test_it_starts_and_ends_at_rest_between_the_feet():
         state = plan.centre.at(t)
         assert np.allclose(state.p, FEET.middle(stance).translation[:2], atol=1e-9)
         assert max(np.abs(state.v).max(), np.abs(state.a).max()) < 1e-8
+
+
+def test_the_centre_of_mass_makes_room_for_what_swings():
+    """What the leg pushes and the pendulum gives way add up to the middle of the sole."""
+    heavy = replace(QUICK, leg=0.005)
+    plan = WalkPlanner(FEET, heavy).begin(STANCE, steps_along(FEET, STANCE, Stride(0.2), 4))
+    pushed = 0.0
+    for step in plan.steps:
+        stance = plan.stance_before(step)
+        middle = FEET.centre(1 - step.foot, stance[1 - step.foot])[:2]
+        for t in np.linspace(step.lift + 1e-6, step.land - 1e-6, 50):
+            assert np.allclose(zmp_at(plan, heavy, t), middle, atol=1e-9)
+            pushed = max(pushed, np.abs(plan.centre.at(t).zmp - middle).max())
+    way, share = 0.4, 0.94 * heavy.timing.single
+    assert pushed == pytest.approx(0.005 * 10.0 / np.sqrt(3.0) * way / share**2, rel=0.02)
+    require_feasible(plan, FEET, heavy)
 
 
 def refused(steps, settings=SETTINGS, limits=None, stance=STANCE):

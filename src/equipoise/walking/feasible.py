@@ -42,9 +42,10 @@ class WalkLimits:
 
 
 def zmp_at(plan: WalkPlan, settings: WalkSettings, t: float) -> Array:
-    """Return the zero-moment point (2,) [m] that the planned centre of mass asks for at `t` [s].
+    """Return the zero-moment point (2,) [m] that a plan asks for at `t` [s].
 
-    Of a point mass: where it is raised or lowered this differs a little from what was planned.
+    Of a point mass and a leg that swings: where the centre of mass is raised or lowered this
+    differs a little from what was planned.
     """
     state, h = plan.centre.at(t), 1e-3
     low, _ = plan.ground.at(t - h)
@@ -52,6 +53,13 @@ def zmp_at(plan: WalkPlan, settings: WalkSettings, t: float) -> Array:
     high, _ = plan.ground.at(t + h)
     lifted = (low - 2.0 * here + high) / h**2
     point: Array = state.p - settings.height / (GRAVITY + lifted) * state.a
+    step = plan.swinging(t)
+    if step is not None and settings.leg:
+        swing = Swing(
+            plan.stance_before(step)[step.foot], step.footstep.T_world_sole, step.lift, step.land,
+            settings.swing,
+        )  # fmt: skip
+        point = point + settings.leg * swing.at(t).acceleration[:2]
     return point
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from equipoise.spatial import Array
 from equipoise.walking.centre import CentrePath, CentreState
-from equipoise.walking.pieces import POWERS, bump, derivative, move, piece_at, value
+from equipoise.walking.pieces import POWERS, bump, derivative, move, piece_at, push, value
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,14 @@ class ZmpMove:
     """The zero-moment point goes to `goal` (2,) [m] within `duration` [s], at minimum jerk.
 
     With `bends` the piece may be bent aside: what is needed to begin, or to end, as is wanted.
+    `pushed` (2,) [m s^2] is how far what swings by minimum jerk meanwhile pushes it away, for each
+    m/s^2: the pendulum's own zero-moment point gives way by as much.
     """
 
     duration: float
     goal: Array
     bends: bool = False
+    pushed: Array | None = None
 
 
 class PendulumPath(CentrePath):
@@ -55,7 +58,10 @@ class PendulumPath(CentrePath):
         plain = []
         zmp = np.asarray(begin.zmp, dtype=float)
         for one in moves:
-            plain.append(move(zmp, one.goal, one.duration))
+            powers = move(zmp, one.goal, one.duration)
+            if one.pushed is not None:
+                powers = powers - push(one.pushed, one.duration)
+            plain.append(powers)
             zmp = np.asarray(one.goal, dtype=float)
         bending = [k for k, one in enumerate(moves) if one.bends]
         first, last = bending[0], bending[-1]

@@ -10,6 +10,7 @@ from equipoise.spatial import Array
 
 STEP = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])  # the minimum-jerk step of a unit of time
 BUMP = np.array([0.0, 0.0, 16.0, -32.0, 16.0, 0.0])  # 16 x^2 (1 - x)^2: one at its middle
+PUSH = np.array([0.0, 60.0, -180.0, 120.0, 0.0, 0.0])  # the second derivative of the step
 POWERS = len(STEP)
 _DERIVE = np.diag(np.arange(1.0, POWERS), 1)
 
@@ -24,6 +25,11 @@ def move(start: Array, goal: Array, duration: float) -> Array:
 def bump(height: Array, duration: float) -> Array:
     """Return the powers (6, k) of what rises to `height` (k,) and falls."""
     return np.outer(_slowed(BUMP, duration), height)
+
+
+def push(way: Array, duration: float) -> Array:
+    """Return the powers (6, k) of the acceleration [m/s^2] of a minimum-jerk move by `way` (k,)."""
+    return np.outer(_slowed(PUSH, duration), way / duration**2)
 
 
 def derivative(powers: Array, order: int = 1) -> Array:

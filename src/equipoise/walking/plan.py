@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.spatial import Array
 from equipoise.walking.centre import CentrePath, CentreState
@@ -14,6 +15,7 @@ from equipoise.walking.footsteps import Footstep
 from equipoise.walking.pendulum import PendulumPath, ZmpMove
 from equipoise.walking.quasi_static import CentreMove, QuasiStaticPath
 from equipoise.walking.settings import WalkMode, WalkSettings
+from equipoise.walking.swing import ACROSS
 from equipoise.walking.tracks import Track
 
 SHORTEST = 1e-6  # [s] of a phase that is worth a piece of the plan
@@ -59,6 +61,14 @@ class WalkPlan:
             if one.lift <= t < one.land:
                 return one
         return None
+
+    def stance_before(self, step: PlannedStep) -> Stance:
+        """Return where the feet stand when a step is lifted, by plan."""
+        stance = self.stance
+        for one in self.steps:
+            if one.number < step.number:
+                stance = with_foot(stance, one.foot, one.footstep.T_world_sole)
+        return stance
 
     def stance_at(self, t: float) -> Stance:
         """Return where the feet stand, or are put down next, at time `t` [s] by plan."""
@@ -143,14 +153,24 @@ class WalkPlanner:
 
     def _moves(
         self, stance: Stance, steps: Sequence[Footstep], zmp: Array, *, fresh: bool, wait: float
-    ) -> list[tuple[float, Array, bool]]:
-        """Return duration [s], goal (2,) and whether it bends, of each move of what is led."""
+    ) -> list[ZmpMove]:
+        """Return the moves of what is led over the ground."""
         timing, slow = self.settings.timing, self.settings.mode is WalkMode.SLOW
-        moves: list[tuple[float, Array, bool]] = []
+        moves: list[ZmpMove] = []
 
-        def go(duration: float, goal: Array, bends: bool = False) -> None:
+        def go(
+            duration: float, goal: Array, bends: bool = False, pushed: Array | None = None
+        ) -> None:
             if duration > SHORTEST:
-                moves.append((duration, goal, bends))
+                moves.append(ZmpMove(duration, goal, bends, pushed))
+
+        def carry(goal: Array, T_from: pin.SE3, T_to: pin.SE3) -> None:
+            """Stay at the goal while the other foot swings, whose leg pushes."""
+            way = (T_to.translation - T_from.translation)[:2]
+            begin, end = ACROSS
+            go(begin * timing.single, goal)
+            go((end - begin) * timing.single, goal, pushed=self.settings.leg * way)
+            go((1.0 - end) * timing.single, goal)
 
         def over(goal: Array, duration: float, bends: bool) -> None:
             if slow:
@@ -166,7 +186,7 @@ class WalkPlanner:
         for step in steps:
             goal = self.load_point(stance, 1 - step.foot)
             over(goal, duration, bends)
-            go(timing.single, goal)
+            carry(goal, stance[step.foot], step.T_world_sole)
             stance = with_foot(stance, step.foot, step.T_world_sole)
             duration, bends = timing.double, False
         middle = self._between_feet(stance)
@@ -174,14 +194,12 @@ class WalkPlanner:
         go(timing.settle, middle, True)
         return moves
 
-    def _path(
-        self, start: float, state: CentreState, moves: list[tuple[float, Array, bool]]
-    ) -> CentrePath:
+    def _path(self, start: float, state: CentreState, moves: list[ZmpMove]) -> CentrePath:
         omega = self.settings.omega
         if self.settings.mode is WalkMode.SLOW:
-            slow = [CentreMove(duration, goal) for duration, goal, _ in moves]
+            slow = [CentreMove(one.duration, one.goal) for one in moves]
             return QuasiStaticPath(omega, start, state.p, slow)
-        return PendulumPath(omega, start, state, [ZmpMove(*one) for one in moves])
+        return PendulumPath(omega, start, state, moves)
 
     def _follow(
         self, ground: Track, heading: Track, stance: Stance, steps: Sequence[PlannedStep]

@@ -25,7 +25,8 @@ class WalkSettings:
     """What a walk is planned with.
 
     `height` [m]: of the centre of mass over the ground. `inward` [m]: how much nearer to the other
-    foot than the middle of a sole its load is led.
+    foot than the middle of a sole its load is led. `leg` [s^2]: how far the zero-moment point is
+    moved by what swings, for each m/s^2 of the foot; the centre of mass makes room for it.
     Raises: `InputError`.
     """
 
@@ -34,10 +35,12 @@ class WalkSettings:
     timing: WalkTiming = field(default_factory=WalkTiming)
     swing: SwingShape = field(default_factory=SwingShape)
     inward: float = 0.0
+    leg: float = 0.0
 
     def __post_init__(self) -> None:
         positive("the height of the centre of mass", self.height, "m")
         not_negative("how far inward the load is led", self.inward, "m")
+        not_negative("what a swinging leg weighs in", self.leg, "s^2")
 
     @property
     def omega(self) -> float:

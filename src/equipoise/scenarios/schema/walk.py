@@ -82,7 +82,9 @@ class WalkSpec(Section):
     before the other is lifted. Exactly one of `along`, `to` and `steps` says where the feet go.
     `crouch` [m]: how much lower than at half-sitting the centre of mass is. `inward` [m]: how much
     nearer to the other foot than the middle of a sole its load is led. `margin` [m]: how far inside
-    the soles the planned zero-moment point has to be. `stop` [s]: when it is told to stop.
+    the soles the planned zero-moment point has to be. `legs`: whether the centre of mass makes room
+    for what a swinging leg weighs, by the nominal masses (`massless`: it does not). `stop` [s]:
+    when it is told to stop.
 
     The feet have level 0, the centre of mass `priority`, and the trunk, which stays upright and
     turns with the feet, `trunk_priority`.
@@ -97,6 +99,7 @@ class WalkSpec(Section):
     crouch: NotNegative = 0.03
     inward: NotNegative = 0.0
     margin: NotNegative = 0.005
+    legs: Literal["massless", "nominal"] = "nominal"
     stop: Positive | None = None
     priority: Annotated[int, Field(ge=1, le=20)] = 2
     trunk_priority: Annotated[int, Field(ge=1, le=20)] = 3

@@ -38,6 +38,7 @@ from equipoise.walking import (
     steps_to,
 )
 from equipoise.walking.feet import Stance, level_pose
+from equipoise.walking.leg import leg_lever
 from equipoise.walking.settings import GRAVITY
 
 TOUCH = 0.03  # of the weight, on a foot, is a touchdown
@@ -121,7 +122,8 @@ def build_walk(scenario: schema.Scenario, setup: Setup) -> WalkSetup | None:
     kin = robot.at(robot.q_half_sitting)
     floor = 0.5 * float(stance[LEFT].translation[2] + stance[RIGHT].translation[2])
     try:
-        settings = walk_settings(spec, float(kin.p_world_com[2]) - floor - spec.crouch)
+        leg = leg_lever(robot, feet) if spec.legs == "nominal" else 0.0
+        settings = walk_settings(spec, float(kin.p_world_com[2]) - floor - spec.crouch, leg)
         planner = WalkPlanner(feet, settings)
         plan = planner.begin(stance, footsteps(spec, feet, stance))
         require_feasible(plan, feet, settings, WalkLimits(margin=spec.margin))
@@ -138,14 +140,18 @@ def build_walk(scenario: schema.Scenario, setup: Setup) -> WalkSetup | None:
     return WalkSetup(spec, planner, plan, targets, (left.name, right.name), robot.mass * GRAVITY)
 
 
-def walk_settings(spec: schema.WalkSpec, height: float) -> WalkSettings:
-    """Return what a walk is planned with; `height` [m] of the centre of mass over the ground."""
+def walk_settings(spec: schema.WalkSpec, height: float, leg: float = 0.0) -> WalkSettings:
+    """Return what a walk is planned with.
+
+    `height` [m] of the centre of mass over the ground, `leg` [s^2] the lever of a swinging leg.
+    """
     return WalkSettings(
         height,
         WalkMode.SLOW if spec.mode == "slow" else WalkMode.PENDULUM,
         WalkTiming(**spec.timing.model_dump()),
         SwingShape(**spec.swing.model_dump()),
         spec.inward,
+        leg,
     )
 
 

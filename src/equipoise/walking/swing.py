@@ -68,6 +68,8 @@ class Swing:
         self._up = powers_between(RISE * T, np.array(rest), np.array(summit))[:, 0]
         self._down = powers_between((1.0 - RISE) * T, np.array(summit), np.array(down))[:, 0]
 
+    rests_from = math.inf  # [s] from when on it stands still
+
     @property
     def fastest(self) -> float:
         """The greatest speed [m/s] across."""
@@ -123,6 +125,7 @@ class Glide:
 
     def __init__(self, begin: FootSample, T_to: pin.SE3, start: float, duration: float) -> None:
         self.T_to, self.start, self.duration = T_to, start, duration
+        self.rests_from = start + duration
         self._R = T_to.rotation
         apart = pin.log3(self._R.T @ begin.T_world_sole.rotation)
         rate = pin.Jlog3(pin.exp3(apart)) @ (begin.T_world_sole.rotation.T @ begin.twist[3:])
@@ -145,6 +148,8 @@ class Glide:
 
 class Standing:
     """A foot that stands."""
+
+    rests_from = -math.inf
 
     def __init__(self, T_world_sole: pin.SE3) -> None:
         self.T_to = T_world_sole

@@ -111,6 +111,9 @@ class Walker:
             name: led.at(0.0).T_world_target.rotation for name, led in self.targets.upright.items()
         }
         self._last_heading = self._heading
+        # what was written last and is still true: paths at their end, heading and its rate
+        self._at_rest: list[FootPath | None] = [None, None]
+        self._turned = (math.nan, math.nan)
         self._write()
 
     # -- what one may ask -----------------------------------------------------------------------
@@ -220,9 +223,12 @@ class Walker:
     def _write(self) -> None:
         """Lead the targets to where they are wanted now."""
         s, rate = self.clock.t, self.clock.rate
-        for path, led in zip(self._paths, self.targets.soles, strict=True):
+        for foot, path in enumerate(self._paths):
+            if self._at_rest[foot] is path:
+                continue
             sample = path.at(s)
-            led.write(sample.T_world_sole, rate * sample.twist)
+            self.targets.soles[foot].write(sample.T_world_sole, rate * sample.twist)
+            self._at_rest[foot] = path if s >= path.rests_from else None
         centre = self.plan.centre.at(s)
         ground, rise = self.plan.ground.at(s)
         height = self.planner.settings.height
@@ -231,7 +237,11 @@ class Walker:
         )
         heading, spin = self.plan.heading.at(s)
         self._last_heading = heading
-        c, sn = math.cos(heading - self._heading), math.sin(heading - self._heading)
+        turned = (heading - self._heading, rate * spin)
+        if turned == self._turned:
+            return
+        self._turned = turned
+        c, sn = math.cos(turned[0]), math.sin(turned[0])
         turn = np.array([[c, -sn, 0.0], [sn, c, 0.0], [0.0, 0.0, 1.0]])
         for name, led in self.targets.upright.items():
-            led.write_heading(turn @ self._upright[name], rate * spin)
+            led.write_heading(turn @ self._upright[name], turned[1])

@@ -59,14 +59,20 @@ class Swing:
         self.T_from, self.T_to, self.lift, self.land, self.shape = T_from, T_to, lift, land, shape
         self._way = T_to.translation - T_from.translation
         self._axis = pin.log3(T_from.rotation.T @ T_to.rotation)
+        # plain numbers, which are read every tick
+        self._begin, self._across = T_from.translation[:2].tolist(), self._way[:2].tolist()
+        self._turn: list[float] = (T_from.rotation @ self._axis).tolist()
+        self._turns = bool(np.any(self._axis))
         T = land - lift
         z0, z1 = float(T_from.translation[2]), float(T_to.translation[2])
         top = max(z0, z1) + shape.height
         self._turning = lift + RISE * T
         rest, summit = [[z0], [0.0], [0.0]], [[top], [0.0], [0.0]]
         down = [[z1], [-shape.touchdown], [0.0]]
-        self._up = powers_between(RISE * T, np.array(rest), np.array(summit))[:, 0]
-        self._down = powers_between((1.0 - RISE) * T, np.array(summit), np.array(down))[:, 0]
+        self._up = powers_between(RISE * T, np.array(rest), np.array(summit))[:, 0].tolist()
+        self._down = powers_between((1.0 - RISE) * T, np.array(summit), np.array(down))[
+            :, 0
+        ].tolist()
 
     rests_from = math.inf  # [s] from when on it stands still
 
@@ -94,13 +100,14 @@ class Swing:
         x, span = share_of(t, start, stop), stop - start
         s, rate, bend = step(x), step_rate(x) / span, step_bend(x) / span**2
         z, vz, az = self._upwards(t)
-        place = self.T_from.translation + s * self._way
-        place[2] = z
-        turn = self.T_from.rotation @ self._axis
+        R = self.T_from.rotation
+        if self._turns:
+            R = R @ pin.exp3(s * self._axis)
+        (x0, y0), (dx, dy), (tx, ty, tz) = self._begin, self._across, self._turn
         return FootSample(
-            pin.SE3(self.T_from.rotation @ pin.exp3(s * self._axis), place),
-            np.array([*(rate * self._way[:2]), vz, *(rate * turn)]),
-            np.array([*(bend * self._way[:2]), az, *(bend * turn)]),
+            pin.SE3(R, np.array([x0 + s * dx, y0 + s * dy, z])),
+            np.array([rate * dx, rate * dy, vz, rate * tx, rate * ty, rate * tz]),
+            np.array([bend * dx, bend * dy, az, bend * tx, bend * ty, bend * tz]),
         )
 
     def _upwards(self, t: float) -> tuple[float, float, float]:

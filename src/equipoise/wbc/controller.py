@@ -20,7 +20,6 @@ from equipoise.contacts.pull import least_wanted, refuse_pull
 from equipoise.control import (
     Command,
     Controller,
-    ControlStatus,
     Measurement,
     PassivityController,
     Reference,
@@ -30,7 +29,7 @@ from equipoise.control.passivity.law import KEEPS, STATUS, Keep, require_support
 from equipoise.control.passivity.program import LawProgram
 from equipoise.control.supervisor import Mode
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
-from equipoise.hqp import Hierarchy, HierarchySolver, Solution, Status, make_solver
+from equipoise.hqp import HierarchySolver, Status, make_solver
 from equipoise.kinematics.tree import fill_tree, tree_of
 from equipoise.motion import MotionGenerator
 from equipoise.motion.generator import STAGES, STATUS_OF
@@ -52,6 +51,7 @@ from equipoise.trajectories.scalars import (
     scalar_shapes,
     value_of,
 )
+from equipoise.wbc.command import WholeBodyCommand
 from equipoise.wbc.doors import Forces, LoopSettings, Opened, Wish, mount, stand
 from equipoise.wbc.memory import FADING, PERIOD, POSTURE_ERROR, TILT, meeting_shapes
 from equipoise.wbc.settings import ControlSettings
@@ -71,73 +71,6 @@ from equipoise.wbc.tick import (
 
 Wrenches = Array | Mapping[str, Array]
 NewController = Callable[[ContactStack], Controller]
-
-
-class WholeBodyCommand:
-    """What a tick gives: `tau` (na,) [N m], the reference it was for, and how it came about.
-
-    `q_ref` (nq,), `v_ref` (nv,): the reference of this moment. `status` of the law, `mode` of the
-    supervisor. `u` (nv,), `s` (nv,), `base_reaction` (k,) as in `Command`, empty where the
-    controller has none. The hierarchy and its solution are put together when they are asked for,
-    which has to be before the next tick.
-    """
-
-    __slots__ = ("_ends", "_owner", "_stamp", "mode", "result", "status", "t")
-
-    def __init__(
-        self, t: float, status: ControlStatus, result: Array, owner: WholeBodyController
-    ) -> None:
-        self.t, self.status, self.result, self._owner = t, status, result, owner
-        self.mode, self._ends, self._stamp = owner.supervisor.mode, owner.ends, owner.motion.stamp
-
-    @property
-    def q_ref(self) -> Array:
-        """The reference configuration (nq,)."""
-        return self.result[: self._ends[0]]
-
-    @property
-    def v_ref(self) -> Array:
-        """The reference velocity (nv,)."""
-        return self.result[self._ends[0] : self._ends[1]]
-
-    @property
-    def tau(self) -> Array:
-        """The torque (na,) [N m]."""
-        return self.result[self._ends[1] : self._ends[2]]
-
-    @property
-    def u(self) -> Array:
-        """The fully actuated law (nv,)."""
-        return self.result[self._ends[2] : self._ends[3]]
-
-    @property
-    def s(self) -> Array:
-        """The extended error (nv,)."""
-        return self.result[self._ends[3] : self._ends[4]]
-
-    @property
-    def base_reaction(self) -> Array:
-        """The change F (k,) of the supporting reactions."""
-        return self.result[self._ends[4] :]
-
-    @property
-    def motion_status(self) -> Status:
-        """How the hierarchy was solved, as far as the solver knows."""
-        return self._owner.motion_status
-
-    @property
-    def hierarchy(self) -> Hierarchy:
-        """The hierarchy of this tick."""
-        return self._solved()[0]
-
-    @property
-    def solution(self) -> Solution:
-        """Its solution."""
-        return self._solved()[1]
-
-    def _solved(self) -> tuple[Hierarchy, Solution]:
-        self._owner.motion.require(self._stamp)
-        return self._owner.motion.solved()
 
 
 class WholeBodyController:

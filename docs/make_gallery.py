@@ -1,7 +1,7 @@
 """Runs the scenarios of the gallery and draws its pictures: `python docs/make_gallery.py`.
 
 Each run takes some seconds; runs that are there already (in `--runs`) are taken as they are.
-The film of the first page is an animated GIF, since package indexes play nothing else.
+Films are animated GIFs, since package indexes play nothing else.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from equipoise.runlog import Run, load_run
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (640, 420)
-FILM = ("tray", (480, 300), 10)  # picture, pixels, pictures a second
-COLOURS = 128
+FILM_SIZE, FILM_RATE = (480, 300), 10  # pixels, pictures a second
+COLOURS, RARE_TOO = 128, Image.Quantize.MAXCOVERAGE  # arrows are thin, and red
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,14 @@ class Picture:
     t: float
     camera: str = "quarter"
     robot: str | None = None
+    film: bool = False
 
 
 PICTURES = (
-    Picture("tray", "tray", 4.2),
+    Picture("tray", "tray", 4.2, film=True),
     Picture("tray_hands", "tray", 4.6, "hands"),
     Picture("telephone", "telephone", 3.0, "hands"),
+    Picture("walk", "walk", 3.2, "follow", film=True),
     Picture("press_talos", "press", 3.0, robot="talos"),
     Picture("press_g1", "press", 3.0, robot="g1"),
     Picture("press_romeo", "press", 3.0, robot="romeo"),
@@ -57,8 +59,8 @@ def main() -> None:
         run = run_of(one, asked.runs)
         path = asked.to / f"gallery_{one.name}.png"
         print(write_still(run, path, one.t, Style(size=SIZE, camera=one.camera)))
-        if one.name == FILM[0]:
-            print(film(run, asked.to / f"{one.name}.gif"))
+        if one.film:
+            print(film(run, asked.to / f"{one.name}.gif", one.camera))
 
 
 def run_of(picture: Picture, folder: Path) -> Run:
@@ -70,15 +72,19 @@ def run_of(picture: Picture, folder: Path) -> Run:
         return run_scenario(picture.scenario, robot=picture.robot, out=place, figures=False)
 
 
-def film(run: Run, path: Path) -> Path:
+def film(run: Run, path: Path, camera: str) -> Path:
     """Write a run as an animated GIF."""
-    _, size, fps = FILM
-    view = View(run, Style(size=size))
+    view = View(run, Style(size=FILM_SIZE, camera=camera))
     frames = []
-    for t in np.arange(run.t[0], run.t[-1], 1.0 / fps):
-        frames.append(Image.fromarray(view.image(float(t))).quantize(COLOURS, dither=0))
+    for t in np.arange(run.t[0], run.t[-1], 1.0 / FILM_RATE):
+        frames.append(Image.fromarray(view.image(float(t))).quantize(COLOURS, RARE_TOO, dither=0))
     frames[0].save(
-        path, save_all=True, append_images=frames[1:], duration=1000 // fps, loop=0, optimize=True
+        path,
+        save_all=True,
+        append_images=frames[1:],
+        duration=1000 // FILM_RATE,
+        loop=0,
+        optimize=True,
     )
     return path
 

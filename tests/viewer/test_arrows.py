@@ -35,14 +35,14 @@ def _ways(arrows: list[Array], scale: float) -> list[Array]:
 
 def test_the_floor_pushes_the_feet_up_beside_them() -> None:
     setup = tray_places()
-    sides = outer_sides(setup)
+    sides, standing = outer_sides(setup), setup.robot.at(setup.robot.q_half_sitting)
     assert sorted(sides.values()) == [-1.0, 1.0]
     weight = setup.robot.mass * 9.81
     total = np.zeros(3)
     for contact in setup.soles.contacts:
         arm, force = np.array([0.03, -0.01, 0.0]), np.array([4.0, -3.0, weight / 2.0])
         lam = np.concatenate([force, np.cross(arm, force)])
-        arrow = sole_arrow(contact, lam, sides[contact.name])
+        arrow = sole_arrow(contact, standing, lam, sides[contact.name])
         assert arrow is not None
         tail, tip = arrow
         assert tip[2] - tail[2] > 0.0
@@ -55,17 +55,31 @@ def test_the_floor_pushes_the_feet_up_beside_them() -> None:
         others = [c.T_world_anchor.translation for c in setup.soles.contacts if c is not contact]
         middle = T.translation
         assert all(np.dot(tail - middle, other - middle) < 0.0 for other in others)
-        further = sole_arrow(contact, lam, sides[contact.name], 0.02)
+        further = sole_arrow(contact, standing, lam, sides[contact.name], 0.02)
         assert further is not None
         assert np.linalg.norm(further[0] - tail) == pytest.approx(0.02)
     assert total[2] == pytest.approx(weight)
 
 
-def test_no_arrow_for_a_foot_in_the_air() -> None:
+def test_the_arrow_goes_with_a_foot_that_walks(kin) -> None:
+    setup = tray_places()
+    standing = setup.robot.at(setup.robot.q_half_sitting)
+    for contact in setup.soles.contacts:
+        assert isinstance(contact, SoleContact)
+        lam = np.array([3.0, -2.0, 300.0, 1.0, 4.0, 0.0])
+        before, after = (sole_arrow(contact, at, lam, 1.0) for at in (standing, kin))
+        assert before is not None
+        assert after is not None
+        moved = kin.placement(contact.sole.frame) * standing.placement(contact.sole.frame).inverse()
+        assert np.allclose(after, [moved.act(point) for point in before])
+        assert np.linalg.norm(after - before) > 0.01
+
+
+def test_no_arrow_for_a_foot_in_the_air(kin) -> None:
     contact = tray_places().soles.contacts[0]
     assert isinstance(contact, SoleContact)
-    assert sole_arrow(contact, np.zeros(6), 1.0) is None
-    assert sole_arrow(contact, np.full(6, np.nan), 1.0) is None
+    assert sole_arrow(contact, kin, np.zeros(6), 1.0) is None
+    assert sole_arrow(contact, kin, np.full(6, np.nan), 1.0) is None
 
 
 def test_arrows_of_a_grasp_do_the_work_of_its_multiplier(kin: Kinematics) -> None:

@@ -90,7 +90,8 @@ def centre_of_pressure(setup: Setup, moment: Moment) -> Array | None:
         lam = moment.values.get(f"lam/{contact.name}")
         if lam is not None and lam[2] > 0.0:
             total += lam[2]
-            weighted += lam[2] * contact.T_world_anchor.act(pressure_in_sole(lam))
+            T = moment.kin.placement(contact.sole.frame)
+            weighted += lam[2] * T.act(pressure_in_sole(lam))
     return weighted / total if total > 0.0 else None
 
 

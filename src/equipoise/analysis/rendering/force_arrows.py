@@ -58,7 +58,7 @@ class ForceArrows:
 
     def _of(self, contact: Contact, kin: Kinematics, lam: Array, beside: float) -> list[Array]:
         if isinstance(contact, SoleContact):
-            arrow = sole_arrow(contact, lam, self._sides[contact.name], beside)
+            arrow = sole_arrow(contact, kin, lam, self._sides[contact.name], beside)
             return [] if arrow is None else [arrow]
         return hand_arrows(contact, kin, lam, beside)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from equipoise.contacts import SoleContact
+from equipoise.kinematics import Kinematics
 from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
 
@@ -16,15 +17,18 @@ SOLE_SCALE = 1e-3  # [m/N]
 OUTSIDE = 0.03  # [m] between a sole's edge and its arrow
 
 
-def sole_arrow(contact: SoleContact, lam: Array, side: float, beside: float = 0.0) -> Array | None:
+def sole_arrow(
+    contact: SoleContact, kin: Kinematics, lam: Array, side: float, beside: float = 0.0
+) -> Array | None:
     """Return the arrow (2, 3) [m] from tail to tip in world axes; None without a load.
 
-    `lam` (6,) is the wrench in the sole's axes; the arrow stands on the foot's left (`side` 1) or
-    right (-1), further out by `beside` [m] for the sake of another.
+    It stands where the sole is at the state of `kin`: feet may walk. `lam` (6,) is the wrench in
+    the sole's axes; the arrow stands on the foot's left (`side` 1) or right (-1), further out by
+    `beside` [m] for the sake of another.
     """
     if not (np.isfinite(lam).all() and lam[2] > 0.0):
         return None
-    T, sole = contact.T_world_anchor, contact.sole
+    T, sole = kin.placement(contact.sole.frame), contact.sole
     edge = sole.y_max if side > 0.0 else sole.y_min
     foot = T.act(np.array([pressure_in_sole(lam)[0], edge + side * (OUTSIDE + beside), 0.0]))
     return np.array([foot, foot + SOLE_SCALE * (T.rotation @ lam[:3])])

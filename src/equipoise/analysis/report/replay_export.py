@@ -145,10 +145,11 @@ def _poses(
 def _force_lines(run: Run, k: int, setup: Setup, sides: dict[str, float]) -> list[Array]:
     """Return the lines (2, 3) [m] of each sole's arrow, without length where there is no force."""
     lines: list[Array] = []
+    kin = setup.robot.at(run["q"][k])
     for contact in sole_contacts(setup):
         if f"lam/{contact.name}" in run:
-            arrow = sole_arrow(contact, run[f"lam/{contact.name}"][k], sides[contact.name])
-            across = contact.T_world_anchor.rotation[:, 1]
+            arrow = sole_arrow(contact, kin, run[f"lam/{contact.name}"][k], sides[contact.name])
+            across = kin.placement(contact.sole.frame).rotation[:, 1]
             lines += [np.zeros((2, 3))] * 3 if arrow is None else _with_head(arrow, across)
     return lines
 

@@ -18,29 +18,29 @@ class BalanceSettings:
     """How the reference answers where the robot is.
 
     `gain` [1/s]: rate at which an error of the divergent component dies out. `margin` [m]: how far
-    inside the soles the zero-moment point is kept. `leash` [m] and `leash_speed` [m/s]: how far
-    the robot may be from its reference before the reference goes with it.
+    inside the soles the zero-moment point is kept. `leash` [m]: how far the divergent component
+    may be from its reference before the reference goes with it.
     Raises: `InputError`.
     """
 
     gain: float = 3.0
     margin: float = 0.01
-    leash: float = 0.005
-    leash_speed: float = 0.05
+    leash: float = 0.01
 
     def __post_init__(self) -> None:
         positive("the gain of the balance", self.gain, "1/s")
         not_negative("the margin of the balance", self.margin, "m")
         positive("the leash of the balance", self.leash, "m")
-        positive("the leash of the balance in speed", self.leash_speed, "m/s")
 
 
 class BalanceFeedback:
     """How far the wanted centre of mass is from its plan: `p` (2,) [m], `v` (2,) [m/s].
 
     That difference is a pendulum of its own, of rate `omega` [1/s]. It is dragged along where the
-    robot leaves its leash, and led back by a zero-moment point that stays in the soles. A robot on
-    its leash and a reference on its plan change nothing, to the last bit.
+    robot's divergent component leaves its leash, and led back by a zero-moment point that stays in
+    the soles. The convergent component (`p - v / omega`) dies out by itself and is not dragged: the
+    law pulls the robot towards its reference, and a reference that went along with that would run
+    away. A robot on its leash and a reference on its plan change nothing, to the last bit.
 
     Source: the divergent component (capture point) as what has to be led, Englsberger, Ott, Roa,
     Albu-Schaeffer and Hirzinger, "Bipedal walking control based on capture point dynamics", 2011.
@@ -64,8 +64,10 @@ class BalanceFeedback:
 
         `planned` is the plan at that moment.
         """
-        self.p = _within(self.p, p - planned.p, self.settings.leash)
-        self.v = _within(self.v, v - planned.v, self.settings.leash_speed)
+        off = (p - planned.p - self.p) + (v - planned.v - self.v) / self.omega
+        length = math.hypot(off[0], off[1])
+        if length > self.settings.leash:
+            self.v = self.v + self.omega * (1.0 - self.settings.leash / length) * off
 
     def advance(self, zmp: Array, polygon: SupportPolygon) -> None:
         """Go on by a tick, led by a zero-moment point that is in the polygon.
@@ -93,13 +95,3 @@ def room_towards(polygon: SupportPolygon, start: Array, way: Array, margin: floa
     room = np.maximum(polygon.offsets - margin - polygon.normals @ start, 0.0)
     outwards = speed > room
     return float((room[outwards] / speed[outwards]).min()) if outwards.any() else 1.0
-
-
-def _within(reference: Array, measured: Array, leash: float) -> Array:
-    """Return the point next to the reference that is no farther from the measured one."""
-    off = reference - measured
-    length = math.hypot(off[0], off[1])
-    if length <= leash:
-        return reference
-    dragged: Array = measured + off * (leash / length)
-    return dragged

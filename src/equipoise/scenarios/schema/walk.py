@@ -79,14 +79,13 @@ class BalanceSpec(Section):
     """The wanted centre of mass gives way to a push, and comes back (docs: walking).
 
     `gain` [1/s]: rate at which an error of the divergent component dies out. `margin` [m]: how far
-    inside the soles the zero-moment point is kept meanwhile. `leash` [m], `leash_speed` [m/s]: how
-    far the robot may be from its reference before the reference goes with it.
+    inside the soles the zero-moment point is kept meanwhile. `leash` [m]: how far the divergent
+    component may be from its reference before the reference goes with it.
     """
 
     gain: Positive = 3.0
     margin: NotNegative = 0.01
-    leash: Positive = 0.005
-    leash_speed: Positive = 0.05
+    leash: Positive = 0.01
 
 
 class WalkSpec(Section):

@@ -12,6 +12,8 @@ from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, positive
 from equipoise.walking.centre import CentreState
 
+SETTLED = 1e-9  # [m] from its plan at which a reference is on it again
+
 
 @dataclass(frozen=True)
 class BalanceSettings:
@@ -38,9 +40,9 @@ class BalanceFeedback:
 
     That difference is a pendulum of its own, of rate `omega` [1/s]. It is dragged along where the
     robot's divergent component leaves its leash, and led back by a zero-moment point that stays in
-    the soles. The convergent component (`p - v / omega`) dies out by itself and is not dragged: the
-    law pulls the robot towards its reference, and a reference that went along with that would run
-    away. A robot on its leash and a reference on its plan change nothing, to the last bit.
+    the soles. Its velocity is dragged, and its position follows: the law pulls the robot towards its
+    reference, which would run ahead of the robot otherwise. A robot on its leash and a reference on
+    its plan change nothing, to the last bit.
 
     Source: the divergent component (capture point) as what has to be led, Englsberger, Ott, Roa,
     Albu-Schaeffer and Hirzinger, "Bipedal walking control based on capture point dynamics", 2011.
@@ -84,6 +86,8 @@ class BalanceFeedback:
         b = self.p - self.zmp - a
         a, b = a * self._grow, b / self._grow
         self.p, self.v = self.zmp + a + b, self.omega * (a - b)
+        if max(np.abs(self.p).max(), np.abs(self.v).max() / self.omega) < SETTLED:
+            self.p, self.v = np.zeros(2), np.zeros(2)
 
 
 def room_towards(polygon: SupportPolygon, start: Array, way: Array, margin: float) -> float:

@@ -40,9 +40,9 @@ class BalanceFeedback:
 
     That difference is a pendulum of its own, of rate `omega` [1/s]. It is dragged along where the
     robot's divergent component leaves its leash, and led back by a zero-moment point that stays in
-    the soles. Its velocity is dragged, and its position follows: the law pulls the robot towards its
-    reference, which would run ahead of the robot otherwise. A robot on its leash and a reference on
-    its plan change nothing, to the last bit.
+    the soles. Its velocity is dragged, and its position follows: the law pulls the robot towards
+    its reference, which would run ahead of the robot otherwise. A robot on its leash and a
+    reference on its plan change nothing, to the last bit.
 
     Source: the divergent component (capture point) as what has to be led, Englsberger, Ott, Roa,
     Albu-Schaeffer and Hirzinger, "Bipedal walking control based on capture point dynamics", 2011.

@@ -134,3 +134,22 @@ def test_a_walk_scales_with_the_height_of_the_centre_of_mass(robot):
                for name in ("hrp2", robot)]  # fmt: skip
     strides = [read_scenario("walk", robot=name).walk.along.forward for name in (None, robot)]
     assert strides[1] / strides[0] == pytest.approx(heights[1] / heights[0], rel=1e-4)
+
+
+@pytest.mark.slow
+def test_it_stands_a_push_that_a_fixed_reference_falls_from(tmp_path: Path) -> None:
+    """HRP-2, 120 N forward at the chest for 0.2 s, without a step; and it comes back."""
+    pytest.importorskip("mujoco")
+    chest = get_robot("hrp2").parts["torso"][-1]
+    push = f"{{frame: {chest}, force: [120, 0, 0], start: 0.2, duration: 0.2}}"
+
+    def height_and_place(balance: str) -> tuple[float, float]:
+        overrides = [f"walk={{steps: [], balance: {balance}}}", "duration=2.2",
+                     f"faults.pushes=[{push}]"]  # fmt: skip
+        run = run_scenario("walk", out=tmp_path / balance[:2], overrides=overrides, figures=False)
+        return np.ptp(run["q"][:, 2]), float(np.abs(run["q"][-1, :2] - run["q"][0, :2]).max())
+
+    sunk, off = height_and_place("{}")
+    assert sunk < 0.05
+    assert off < 0.01
+    assert height_and_place("null")[0] > 0.2

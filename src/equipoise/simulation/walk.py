@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from equipoise.physics import PhysicsEngine
 from equipoise.runlog import Channel, TickRecord
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.build.walk import WalkSetup
 from equipoise.simulation.sensors import Reading
+from equipoise.walking import BalanceFeedback
+from equipoise.walking.feasible import zmp_at
 from equipoise.walking.feet import Stance
 from equipoise.wbc import WholeBodyController
 
@@ -26,6 +30,9 @@ class WalkDriver:
         self._frames = [sole.frame for sole in walk.planner.feet.soles]
         self._carry: tuple[int, ...] = self.walker.supports
         self._seen = 0.0
+        self._balance = walk.balance(controller.dt)
+        self._ground = walk.planner.feet.support(self.walker.stance, self.walker.supports)
+        self._known: tuple[object, ...] = (self.walker.stance, self.walker.supports)
 
     def before_tick(self, t: float, reading: Reading) -> None:
         """Lead the targets to time `t` [s], and switch the supports if a foot lifted or landed."""
@@ -35,6 +42,8 @@ class WalkDriver:
         self._seen = t
         loads = reading.lam[self._rows].tolist()
         carry = walker.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
+        if self._balance is not None:
+            self._give_way(self._balance, reading)
         if carry == self._carry:
             return
         self._carry = carry
@@ -43,6 +52,22 @@ class WalkDriver:
         self.controller.switch(names, anchors=anchors)
         for foot, name in enumerate(walk.contacts):
             self.engine.support(name, walker.stance[foot] if foot in carry else None)
+
+    def _give_way(self, balance: BalanceFeedback, reading: Reading) -> None:
+        """Lead the centre of mass aside, as far as the robot is from where it was to be."""
+        walker, feet = self.walker, self.walk.planner.feet
+        if self._known != (walker.stance, walker.supports):
+            self._known = (walker.stance, walker.supports)
+            self._ground = feet.support(walker.stance, walker.supports)
+        row = self.walk.targets.centre.row(0.0)
+        kin = self.robot.at(reading.q)
+        planned = walker.plan.centre.at(walker.clock.t)._replace(p=row[9:11], v=row[12:14])
+        balance.drag(planned, kin.p_world_com[:2], (kin.J_com @ reading.v)[:2])
+        if balance.acts:
+            balance.advance(zmp_at(walker.plan, self.walk.planner.settings, walker.clock.t),
+                            self._ground)  # fmt: skip
+            aside, speed = np.array([*balance.p, 0.0]), np.array([*balance.v, 0.0])
+            self.walk.targets.centre.write_point(row[9:12] + aside, row[12:15] + speed)
 
     def _soles(self, reading: Reading) -> Stance:
         """Return where the soles are, as measured."""

@@ -1,5 +1,6 @@
 """Walking: footsteps, the centre of mass over them, swings, and the phases of a step."""
 
+from equipoise.walking.balance import BalanceFeedback, BalanceSettings
 from equipoise.walking.clock import WalkClock
 from equipoise.walking.feasible import WalkLimits, require_feasible
 from equipoise.walking.feet import LEFT, RIGHT, Feet
@@ -21,6 +22,8 @@ from equipoise.walking.walker import TouchSettings, Walker, WalkEvent
 __all__ = [
     "LEFT",
     "RIGHT",
+    "BalanceFeedback",
+    "BalanceSettings",
     "Feet",
     "Footstep",
     "LedPose",

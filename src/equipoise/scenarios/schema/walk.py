@@ -75,6 +75,19 @@ class SwingSpec(Section):
     search: NotNegative = 0.04
 
 
+class BalanceSpec(Section):
+    """The wanted centre of mass gives way to a push, and comes back (docs: walking).
+
+    `gain` [1/s]: rate at which an error of the divergent component dies out. `margin` [m]: how far
+    inside the soles the zero-moment point is kept meanwhile. `leash` [m]: how far the divergent
+    component may be from its reference before the reference goes with it.
+    """
+
+    gain: Positive = 3.0
+    margin: NotNegative = 0.01
+    leash: Positive = 0.01
+
+
 class WalkSpec(Section):
     """The robot walks (docs: walking): two sole contacts are lifted and put down step by step.
 
@@ -84,7 +97,8 @@ class WalkSpec(Section):
     nearer to the other foot than the middle of a sole its load is led. `margin` [m]: how far inside
     the soles the planned zero-moment point has to be. `legs`: whether the centre of mass makes room
     for what a swinging leg weighs, by the nominal masses (`massless`: it does not). `stop` [s]:
-    when it is told to stop.
+    when it is told to stop. `balance`: how the centre of mass gives way to pushes; left out, it
+    does not. With `steps: []` it stands.
 
     The feet have level 0, the centre of mass `priority`, and the trunk, which stays upright and
     turns with the feet, `trunk_priority`.
@@ -93,7 +107,7 @@ class WalkSpec(Section):
     mode: Literal["pendulum", "slow"] = "pendulum"
     along: StepsAlongSpec | None = None
     to: StepsToSpec | None = None
-    steps: Annotated[list[FootstepSpec], Field(min_length=1, max_length=1000)] | None = None
+    steps: Annotated[list[FootstepSpec], Field(max_length=1000)] | None = None
     timing: WalkTimingSpec = WalkTimingSpec()
     swing: SwingSpec = SwingSpec()
     crouch: NotNegative = 0.03
@@ -101,6 +115,7 @@ class WalkSpec(Section):
     margin: NotNegative = 0.005
     legs: Literal["massless", "nominal"] = "nominal"
     stop: Positive | None = None
+    balance: BalanceSpec | None = None
     priority: Annotated[int, Field(ge=1, le=20)] = 2
     trunk_priority: Annotated[int, Field(ge=1, le=20)] = 3
     foot_rate: Positive = 20.0

@@ -18,6 +18,8 @@ from equipoise.trajectories import Waypoint, WaypointTrajectory
 from equipoise.walking import (
     LEFT,
     RIGHT,
+    BalanceFeedback,
+    BalanceSettings,
     Feet,
     Footstep,
     LedPose,
@@ -63,6 +65,13 @@ class WalkSetup:
     def walker(self) -> Walker:
         """Return who leads the targets, from the start of the plan on."""
         return Walker(self.planner, self.plan, TouchSettings(TOUCH * self.weight), self.targets)
+
+    def balance(self, dt: float) -> BalanceFeedback | None:
+        """Return the feedback on the centre of mass for a period `dt` [s], if it is wanted."""
+        if self.spec.balance is None:
+            return None
+        settings = BalanceSettings(**self.spec.balance.model_dump())
+        return BalanceFeedback(settings, self.planner.settings.omega, dt)
 
     def feet_tasks(self) -> list[Task]:
         """Return the tasks of the feet."""

@@ -114,7 +114,9 @@ class RigidContactEngine:
                 "state": state_shapes(robot.nq, robot.nv, robot.model.njoints, len(frames)),
                 "contacts": program.shapes(),
                 "work": dynamics_shapes(
-                    contacts.size, robot.nv, len(contacts.contacts),
+                    contacts.size,
+                    robot.nv,
+                    len(contacts.contacts),
                     len(self.sliders) + len(one_sided),
                 ),
             }

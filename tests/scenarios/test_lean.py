@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from equipoise.errors import ScenarioError
+from equipoise.robots import named_robots
 from equipoise.scenarios import parse_scenario, read_scenario
 from equipoise.simulation.build.fades import build_fades
 from equipoise.simulation.simulation import Simulation
@@ -27,9 +28,12 @@ tasks: {posture: {kind: posture, priority: 1}}
 """
 
 
-def lean(engine: str, duration: float, *, hand: bool = True) -> dict[str, np.ndarray]:
+def lean(
+    engine: str, duration: float, *, hand: bool = True, robot: str | None = None
+) -> dict[str, np.ndarray]:
     """Run the scenario, or the same motion without a wall, and return what was logged."""
-    scenario = read_scenario("lean", [f"physics.engine={engine}", f"duration={duration}"])
+    overrides = [f"physics.engine={engine}", f"duration={duration}"]
+    scenario = read_scenario("lean", overrides, robot=robot)
     if not hand:
         contacts = {n: c for n, c in scenario.contacts.items() if n != "wall"}
         scenario = scenario.model_copy(update={"contacts": contacts})
@@ -42,11 +46,21 @@ def lean(engine: str, duration: float, *, hand: bool = True) -> dict[str, np.nda
     return {name: np.array(values) for name, values in log.items()}
 
 
-@pytest.mark.parametrize(("engine", "share"), [("rigid", 0.02), ("mujoco", 0.1)])
-def test_the_centre_of_mass_goes_past_the_toes_and_back(engine, share):
+@pytest.mark.parametrize(
+    ("robot", "engine", "share"),
+    [
+        ("hrp2", "rigid", 0.02),
+        ("hrp2", "mujoco", 0.1),
+        pytest.param("talos", "mujoco", 0.1, marks=pytest.mark.slow),
+        pytest.param("g1", "mujoco", 0.1, marks=pytest.mark.slow),
+    ],
+)
+def test_the_centre_of_mass_goes_past_the_toes_and_back(robot, engine, share):
     if engine == "mujoco":
         pytest.importorskip("mujoco")
-    log = lean(engine, 9.0)
+    if named_robots()[robot].missing:
+        pytest.skip(f"{robot} is not installed: {named_robots()[robot].missing}")
+    log = lean(engine, 9.0, robot=None if robot == "hrp2" else robot)
     t, wall, wanted = log["t"], log["lam/wall"][:, 0], log["lam_ref/wall"][:, 0]
     leans = (t > 2.3) & (t < 8.0)
     assert wall[leans].min() > 0.0  # never lost
@@ -54,7 +68,7 @@ def test_the_centre_of_mass_goes_past_the_toes_and_back(engine, share):
         np.mean(wanted[leans] ** 2)
     )
     assert log["com_margin"].min() == pytest.approx(-0.01, abs=2e-4)  # 1 cm past the toes
-    assert log["com_margin"][-1] > 0.05  # and back
+    assert log["com_margin"][-1] > 0.03  # and back
     assert wanted.max() == pytest.approx(40.0)
     assert not wall[t < 1.9].any()
     assert not wall[t > 8.4].any()  # it touches and lets go
@@ -69,7 +83,7 @@ def test_what_the_hand_carries_is_what_the_soles_miss():
     along = log["lam/left_sole"][k, 0] + log["lam/right_sole"][k, 0]
     assert along == pytest.approx(log["lam/wall"][k, 0], rel=0.01)
     pitch = 0.0
-    for name in ("left_sole", "right_sole"):  # about the middle of each sole's frame, at x = 0
+    for name in ("left_sole", "right_sole"):  # about the frame of each sole, at x = 0
         pitch += log[f"lam/{name}"][k, 4]
     zmp = -pitch / load
     lever = 1.33 * log["lam/wall"][k, 0] / load

@@ -66,7 +66,8 @@ class RigidContactEngine:
 
     Args: `robot` is the plant (payload, scaled masses); `control_dt` [s] is held over the
     `substeps` of the `options`. `pushed` are objects behind one-row contacts, which then only push
-    (see `PushedObject`); their rows of `lam` are zero while free.
+    (see `PushedObject`); `one_sided` names other one-row contacts that only push, against what
+    never gives way. The rows of `lam` of both are zero while free.
     Source: eq. (8). Differs from the print: second row `dJ/dt v - d nu_c/dt` (the dot is missing),
     torque on the actuated rows only, stabilised.
     """
@@ -81,6 +82,7 @@ class RigidContactEngine:
         options: RigidOptions | None = None,
         v_start: Array | None = None,
         pushed: Sequence[PushedObject] = (),
+        one_sided: Sequence[str] = (),
     ) -> None:
         options = options or RigidOptions()
         control_dt = real_period("the control period", control_dt)
@@ -88,7 +90,7 @@ class RigidContactEngine:
         self.h, self.substeps = control_dt / options.substeps, options.substeps
         self.sliders = {one: PushedObjectState() for one in pushed}
         self._program = ContactProgram(contacts.contacts)
-        self._lay_out(options.joint_damping)
+        self._lay_out(options.joint_damping, one_sided)
         position_gain, velocity_gain = options.position_gain, options.velocity_gain
         self._work.settings[:4] = (
             self.h, position_gain / self.h**2, velocity_gain / self.h, options.proximal
@@ -103,7 +105,7 @@ class RigidContactEngine:
         self._look()
         self._violation = float(self._work.settings[VIOLATION])
 
-    def _lay_out(self, joint_damping: float) -> None:
+    def _lay_out(self, joint_damping: float, one_sided: Sequence[str]) -> None:
         robot, program, contacts = self.robot, self._program, self.contacts
         frames = list(dict.fromkeys(map(robot.frame_id, program.frames())))
         workspace = Workspace(
@@ -112,7 +114,10 @@ class RigidContactEngine:
                 "state": state_shapes(robot.nq, robot.nv, robot.model.njoints, len(frames)),
                 "contacts": program.shapes(),
                 "work": dynamics_shapes(
-                    contacts.size, robot.nv, len(contacts.contacts), len(self.sliders)
+                    contacts.size,
+                    robot.nv,
+                    len(contacts.contacts),
+                    len(self.sliders) + len(one_sided),
                 ),
             }
         )
@@ -126,6 +131,10 @@ class RigidContactEngine:
             row = contacts.rows[slider.contact].start
             work.pushed[i], work.bilateral[row] = row, 0
             work.coulomb[i], work.viscosity[i] = slider.coulomb, slider.viscosity
+        for i, name in enumerate(one_sided, len(self.sliders)):
+            row = contacts.rows[name].start
+            work.pushed[i], work.bilateral[row] = row, 0
+            work.coulomb[i], work.viscosity[i] = math.inf, 1.0
         self._state, self._contacts = workspace.state, workspace.contacts
         self._entrance = (workspace.floats, workspace.integers, workspace.tables)
         self._memory = KinematicsMemory(robot, workspace, 1)

@@ -97,14 +97,32 @@ class SurfaceSpec(Section):
 class SurfaceContactSpec(Section):
     """One row: a point of a frame (`offset` in its axes) slides on a surface without friction.
 
-    `force`: the wanted normal force, compression positive.
+    `force`: the wanted normal force, compression positive. `start` and `end`: when the point comes
+    to the surface and when it lets go; left out, it is there from the beginning, or stays. With one
+    of them the surface can only push, in every engine. `ramp` as that of push.
     """
 
     kind: Literal["surface"]
     frame: str
     offset: Vector3 = [0.0, 0.0, 0.0]
     surface: SurfaceSpec
+    start: Positive | None = None
+    end: Positive | None = None
+    ramp: NotNegative = 0.0
     force: PushingProfile
+
+    @property
+    def comes_or_goes(self) -> bool:
+        """Whether the contact does not hold for the whole run."""
+        return self.start is not None or self.end is not None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> SurfaceContactSpec:
+        if self.end is not None and self.end <= (self.start or 0.0):
+            raise ValueError("end must be after start")
+        if self.start is not None and self.start < self.ramp:
+            raise ValueError("ramp must not reach back before time 0")
+        return self
 
 
 class PushContactSpec(Section):

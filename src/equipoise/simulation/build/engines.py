@@ -15,7 +15,7 @@ from equipoise.physics import (
 )
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import to_vector
-from equipoise.simulation.build.plant import plant_objects, plant_robot
+from equipoise.simulation.build.plant import one_sided_surfaces, plant_objects, plant_robot
 from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
 
@@ -38,20 +38,23 @@ def make_engine(scenario: schema.Scenario, setup: Setup, q_start: Array) -> Phys
             path="physics.contacts",
             remedy="Leave it out, say unilateral, or use the engine mujoco",
         )
-    make = RigidContactEngine if kind == "bilateral" else UnilateralContactEngine
-    return make(
-        plant_robot(scenario, setup),
-        setup.contacts,
-        q_start,
-        scenario.control.period,
-        options=RigidOptions(
-            substeps=physics.substeps,
-            position_gain=physics.position_gain,
-            velocity_gain=physics.velocity_gain,
-            joint_damping=physics.joint_damping,
-        ),
-        pushed=plant_objects(scenario),
+    given = plant_robot(scenario, setup), setup.contacts, q_start, scenario.control.period
+    options = RigidOptions(
+        substeps=physics.substeps,
+        position_gain=physics.position_gain,
+        velocity_gain=physics.velocity_gain,
+        joint_damping=physics.joint_damping,
     )
+    pushed, one_sided = plant_objects(scenario), one_sided_surfaces(scenario)
+    if kind == "bilateral":
+        return RigidContactEngine(*given, options=options, pushed=pushed, one_sided=one_sided)
+    if one_sided:
+        raise ScenarioError(
+            "a surface that comes or goes needs feet that hold both ways in the engine rigid",
+            path=f"contacts.{one_sided[0]}",
+            remedy="Use the engine mujoco, or physics.contacts: bilateral",
+        )
+    return UnilateralContactEngine(*given, options=options, pushed=pushed)
 
 
 def _mujoco(scenario: schema.Scenario, setup: Setup, q_start: Array) -> MujocoEngine:

@@ -19,8 +19,9 @@ def build_fades(scenario: schema.Scenario) -> dict[str, Fade]:
             start, end = task.window
             fades[name] = Fade(start if start > 0.0 else -math.inf, end, task.ramp)
     for name, contact in _ramped(scenario).items():
-        start = contact.start - contact.ramp if contact.start > 0.0 else -math.inf
-        fades[_rows_of(name)] = Fade(start, contact.end + contact.ramp, contact.ramp)
+        start = contact.start - contact.ramp if contact.start else -math.inf
+        end = math.inf if contact.end is None else contact.end + contact.ramp
+        fades[_rows_of(name)] = Fade(start, end, contact.ramp)
     return fades
 
 
@@ -34,12 +35,8 @@ def contact_tasks(scenario: schema.Scenario, setup: Setup) -> list[Task]:
     schedule = setup.reference_schedule
     if not ramped:
         return [ContactTask("contacts", schedule, rate=rate)]
-    windows = {
-        name: (spec.start, spec.end)
-        for name, spec in scenario.contacts.items()
-        if isinstance(spec, schema.PushContactSpec) and name not in ramped
-    }
     kept = [contact for contact in schedule.contacts if contact.name not in ramped]
+    windows = {contact.name: schedule.windows[contact.name] for contact in kept}
     tasks: list[Task] = [ContactTask("contacts", ContactSchedule(kept, windows), rate=rate)]
     for contact in schedule.contacts:
         if contact.name in ramped:
@@ -48,11 +45,14 @@ def contact_tasks(scenario: schema.Scenario, setup: Setup) -> list[Task]:
     return tasks
 
 
-def _ramped(scenario: schema.Scenario) -> dict[str, schema.PushContactSpec]:
+def _ramped(
+    scenario: schema.Scenario,
+) -> dict[str, schema.PushContactSpec | schema.SurfaceContactSpec]:
+    kinds = schema.PushContactSpec | schema.SurfaceContactSpec
     return {
         name: spec
         for name, spec in scenario.contacts.items()
-        if isinstance(spec, schema.PushContactSpec) and spec.ramp > 0.0
+        if isinstance(spec, kinds) and spec.ramp > 0.0
     }
 
 

@@ -108,3 +108,12 @@ def plant_objects(scenario: schema.Scenario) -> list[PushedObject]:
         for name, spec in scenario.contacts.items()
         if isinstance(spec, schema.PushContactSpec)
     ]
+
+
+def one_sided_surfaces(scenario: schema.Scenario) -> list[str]:
+    """Return the names of the surfaces that a hand comes to or leaves: they only push."""
+    return [
+        name
+        for name, spec in scenario.contacts.items()
+        if isinstance(spec, schema.SurfaceContactSpec) and spec.comes_or_goes
+    ]

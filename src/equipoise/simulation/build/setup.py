@@ -103,6 +103,11 @@ def build_setup(scenario: schema.Scenario, robot: Robot | None = None) -> Setup:
     for name, spec in scenario.contacts.items():
         if isinstance(spec, schema.GraspContactSpec) and spec.end is not None:
             windows[name] = (-np.inf, spec.end)
+        elif isinstance(spec, schema.SurfaceContactSpec) and spec.comes_or_goes:
+            windows[name] = (
+                -np.inf if spec.start is None else spec.start,
+                np.inf if spec.end is None else spec.end,
+            )
     soles = [c for c in contacts if c.supporting]
     _require_support(robot, soles)
     return Setup(

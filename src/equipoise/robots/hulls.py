@@ -57,7 +57,9 @@ def hull_of(shape: pin.GeometryObject) -> Hull:
 def _with_extent(points: Array) -> Array:
     """Return the points, doubled a little apart along directions in which they lie in a plane."""
     middle = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(np.unique(points - middle, axis=0), full_matrices=True)
+    distinct = np.unique(points - middle, axis=0)
+    # three axes also of one or two points; of many the other side would be a matrix of thousands
+    _, _, axes = np.linalg.svd(distinct, full_matrices=len(distinct) < 3)
     for axis in axes:
         if np.ptp((points - middle) @ axis) < THINNEST:
             points = np.concatenate(

@@ -16,11 +16,12 @@ import pinocchio as pin
 from equipoise.compiled.workspace import Workspace
 from equipoise.contacts import ContactStack
 from equipoise.contacts.program import ContactProgram
-from equipoise.errors import InputError, NameNotFoundError
+from equipoise.errors import InputError
 from equipoise.kinematics.kernels import state_shapes
 from equipoise.kinematics.state import Kinematics, KinematicsMemory
 from equipoise.kinematics.tree import fill_tree, tree_of
 from equipoise.physics.engine import DivergedError, PhysicsState, checked_torque
+from equipoise.physics.no_objects import NoObjects
 from equipoise.physics.pushed_object import PushedObject, PushedObjectMode, PushedObjectState
 from equipoise.physics.rigid.kernels import accelerate, look, solve
 from equipoise.physics.rigid.memory import SINGULAR, SLIP, VIOLATION, dynamics_shapes
@@ -56,7 +57,7 @@ class RigidOptions:
             not_negative(name, getattr(self, name))
 
 
-class RigidContactEngine:
+class RigidContactEngine(NoObjects):
     """Semi-implicit Euler on the KKT system of (8) with Baumgarte terms scaled by the step.
 
     `J a + drift = -(position_gain/h^2) phi - (velocity_gain/h) (J v - nu_c)` with the physics step
@@ -201,19 +202,6 @@ class RigidContactEngine:
             f"contact {name!r} cannot be lifted or put down: the contacts of this engine hold",
             remedy="Use the engine mujoco, or rigid with contacts that lift",
         )
-
-    @property
-    def object_names(self) -> tuple[str, ...]:
-        """No names: this engine has no bodies that move freely."""
-        return ()
-
-    def object_pose(self, name: str) -> pin.SE3:
-        """Raise: `NameNotFoundError`."""
-        raise NameNotFoundError("loose object", name, self.object_names)
-
-    def object_twist(self, name: str) -> Array:
-        """Raise: `NameNotFoundError`."""
-        raise NameNotFoundError("loose object", name, self.object_names)
 
     def accelerations(self, force: Array) -> tuple[Array, Array]:
         """Solve (8) at the present state for `a` (nv,) and `lam` (r,) under `force` (nv,)."""

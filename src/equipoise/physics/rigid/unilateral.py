@@ -14,6 +14,7 @@ from equipoise.contacts.support_polygon import sole_corners
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import Kinematics
 from equipoise.physics.engine import PhysicsState, checked_torque
+from equipoise.physics.no_objects import NoObjects
 from equipoise.physics.pushed_object import PushedObject, PushedObjectState
 from equipoise.physics.rigid.engine import RigidContactEngine, RigidOptions
 from equipoise.physics.rigid.impact import Impact, inelastic_impact
@@ -40,7 +41,7 @@ class ContactEvent:
     lost: float = 0.0
 
 
-class UnilateralContactEngine:
+class UnilateralContactEngine(NoObjects):
     """Rigid bodies on a flat floor at `floor` [m] whose soles and points only push.
 
     A sole or a point is released in the step in which its normal force would be negative. It lands
@@ -152,19 +153,6 @@ class UnilateralContactEngine:
         if name not in standing:
             raise NameNotFoundError("foot that stands", name, standing)
         self._release([name], "loss")
-
-    @property
-    def object_names(self) -> tuple[str, ...]:
-        """No names: this engine has no bodies that move freely."""
-        return ()
-
-    def object_pose(self, name: str) -> pin.SE3:
-        """Raise: `NameNotFoundError`."""
-        raise NameNotFoundError("loose object", name, self.object_names)
-
-    def object_twist(self, name: str) -> Array:
-        """Raise: `NameNotFoundError`."""
-        raise NameNotFoundError("loose object", name, self.object_names)
 
     # -- events ---------------------------------------------------------------------------------
 

@@ -15,6 +15,8 @@ from equipoise.simulation.build.assemble import starting_posture
 from equipoise.simulation.build.rehearse import rehearse
 from equipoise.simulation.build.setup import build_setup
 from equipoise.simulation.build.walk import build_walk
+from equipoise.simulation.simulation import Simulation
+from equipoise.studies.in_memory import run_in_memory
 from equipoise.walking.feet import turn_between, yaw_of
 from equipoise.walking.footsteps import after
 
@@ -111,7 +113,6 @@ def test_a_leg_that_does_not_reach_is_told_before_the_run():
 
 
 def test_bilateral_contacts_do_not_walk():
-    from equipoise.simulation.simulation import Simulation
 
     changes = ["physics.engine=rigid", "physics.contacts=bilateral", "duration=0.1"]
     with pytest.raises(ScenarioError, match="never lift"):
@@ -153,3 +154,12 @@ def test_it_stands_a_push_that_a_fixed_reference_falls_from(tmp_path: Path) -> N
     assert sunk < 0.05
     assert off < 0.01
     assert height_and_place("null")[0] > 0.2
+
+
+def test_a_switch_is_continuous_while_motors_are_relieved():
+    """Relief that binds at the switch (48 % of a torque is needed) is let in little by little."""
+    changes = ["physics.engine=mujoco", "duration=2.6", "control.torque_share=0.25"]
+    ticks = run_in_memory(Simulation(read_scenario("walk", changes)), stop_when_off=True)
+    found = ticks.metrics(["switch_jump", "torque_share"])
+    assert found["torque_share"] > 0.3
+    assert found["switch_jump"] < 1e-6

@@ -89,8 +89,8 @@ def _nearest(name: str, names: list[str], count: int, cutoff: float) -> list[str
 class NameNotFoundError(InputError):
     """A name that does not exist; the message offers the nearest ones that do."""
 
-    def __init__(self, kind: str, name: str, known: Iterable[str], *, remedy: str = "") -> None:
-        names = sorted(known)
+    def __init__(self, kind: str, name: object, known: Iterable[str], *, remedy: str = "") -> None:
+        names, name = sorted(known), name if isinstance(name, str) else repr(name)
         near = _nearest(name, names, 3, 0.6)
         hint = f"Did you mean {' or '.join(quoted(n) for n in near)}?" if near else ""
         if len(names) > LISTED_AT_MOST:

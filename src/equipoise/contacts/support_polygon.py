@@ -53,9 +53,33 @@ class SupportPolygon:
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         return cls(normals, np.einsum("ij,ij->i", normals, corners), corners)
 
+    def holds_margin(self, margin: float) -> bool:
+        """Return whether any point is `margin` [m] inside every edge."""
+        left = self.vertices
+        for normal, offset in zip(self.normals, self.offsets - margin, strict=True):
+            left = _cut(left, normal, offset)
+        return len(left) > 0
+
     def margin(self, p: Array) -> float:
         """Return the distance [m] of `p` to the nearest edge; negative outside."""
         return least_room(self.normals, self.offsets, float(p[0]), float(p[1]))
+
+
+def _cut(corners: Array, normal: Array, offset: float) -> Array:
+    """Return the corners of what is left of a convex polygon (k, 2) where `normal . p <= offset`.
+
+    Source: Sutherland and Hodgman 1974, one edge.
+    """
+    beyond = corners @ normal - offset
+    kept: list[Array] = []
+    for k, here in enumerate(beyond):
+        before = beyond[k - 1]
+        if (here > 0.0) != (before > 0.0):
+            share = before / (before - here)
+            kept.append(corners[k - 1] + share * (corners[k] - corners[k - 1]))
+        if here <= 0.0:
+            kept.append(corners[k])
+    return np.array(kept).reshape(-1, 2)
 
 
 def _extent(corners: Array) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from equipoise.contacts import ContactStack
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_array, real_number
+from equipoise.spatial.numbers import real_array
 
 
 class Measurement(NamedTuple):
@@ -95,11 +95,6 @@ class Controller(Protocol):
 
     def restore(self, state: ControllerState) -> None:
         """Continue from a memory that `state` returned."""
-
-
-def time_of(t: Any) -> float:
-    """Return a time [s] as a float. Raises: `InputError` for what is no number."""
-    return t if type(t) is float else real_number("the time", t, finite=False)
 
 
 def write_vector(name: str, values: Any, into: Array) -> None:

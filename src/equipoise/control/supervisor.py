@@ -24,13 +24,12 @@ from equipoise.control.interface import (
     ControlStatus,
     Measurement,
     Reference,
-    time_of,
 )
 from equipoise.control.safe_hold import SafeHold
 from equipoise.errors import InputError
 from equipoise.kinematics.state import NO_ROTATION
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_array
+from equipoise.spatial.numbers import real_array, time_of
 
 
 class Mode(Enum):

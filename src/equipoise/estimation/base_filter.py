@@ -18,8 +18,9 @@ import pinocchio as pin
 
 from equipoise.contacts import SoleContact
 from equipoise.errors import InputError
+from equipoise.given import require_kind
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array, skew
 from equipoise.spatial.numbers import positive
 
@@ -62,12 +63,18 @@ class BaseFilter:
     def __init__(
         self, robot: Robot, soles: Sequence[SoleContact], noise: FilterNoise | None = None
     ) -> None:
+        require_robot("the robot whose base is estimated", robot)
+        soles = tuple(soles) if isinstance(soles, Sequence) else ()
+        for sole in soles:
+            require_kind("each foot of the filter", sole, SoleContact)
+        if noise is not None:
+            require_kind("the noise of the filter", noise, FilterNoise)
         if robot.nv_base != 6 or not soles:
             raise InputError(
                 f"the base of {robot.name} cannot be estimated here",
                 remedy="It needs a floating base that stands on soles",
             )
-        self.robot, self.soles, self.noise = robot, tuple(soles), noise or FilterNoise()
+        self.robot, self.soles, self.noise = robot, soles, noise or FilterNoise()
         self._kinematics = KinematicsEvaluator(robot)
         n = 15 + 3 * len(self.soles)
         self._feet = [slice(9 + 3 * k, 12 + 3 * k) for k in range(len(self.soles))]

@@ -16,9 +16,9 @@ import pinocchio as pin
 
 from equipoise.contacts import Contact, ContactStack, SoleContact
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import positive
+from equipoise.spatial.numbers import not_negative, positive
 
 
 class WrenchObserver:
@@ -29,6 +29,8 @@ class WrenchObserver:
     """
 
     def __init__(self, robot: Robot, filter_time: float, rotor_inertia: float = 0.0) -> None:
+        require_robot("the robot that is observed", robot)
+        rotor_inertia = not_negative("the rotor inertia", rotor_inertia, "kg m^2")
         self.robot, self._time = robot, positive("filter_time", filter_time, "s")
         self._model = robot.model.copy()
         armature = np.array(self._model.armature)

@@ -32,7 +32,7 @@ from equipoise.motion.memory import STATUS, USED
 from equipoise.motion.program import FIRST, MotionProgram
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_vector, require_period
+from equipoise.spatial.numbers import real_vector, require_period, time_of
 from equipoise.tasks import Task
 from equipoise.tasks.base import require_rates
 from equipoise.trajectories import Fade
@@ -229,7 +229,11 @@ class MotionGenerator:
         self._tasks.v_ref[:] = 0.0 if v is None else real_vector("v", v, self.robot.nv)
 
     def step(self, t: float) -> MotionStep:
-        """Solve at time `t` [s], return the reference of this moment and move on by `dt`."""
+        """Solve at time `t` [s], return the reference of this moment and move on by `dt`.
+
+        Raises: `InputError` for what is no time.
+        """
+        t = time_of(t)
         self.solve(t)
         self.stamp += 1
         step = MotionStep(t, self._state.q.copy(), self._tasks.v_ref.copy(), self)

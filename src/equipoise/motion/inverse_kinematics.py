@@ -15,9 +15,9 @@ from equipoise.motion.levels import (
     feet_of,
     usual_levels,
 )
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_period, real_vector
+from equipoise.spatial.numbers import positive, real_period, real_vector
 
 
 class InverseKinematics:
@@ -47,6 +47,7 @@ class InverseKinematics:
         accelerations: Accelerations | None = None,
         solver: str = "active_set",
     ) -> None:
+        require_robot("the robot that moves", robot)
         self.robot, self.dt = robot, real_period("the period", period)
         q = robot.q_half_sitting if q_start is None else real_vector("q_start", q_start, robot.nq)
         held: list[Contact] = [*feet_of(robot, q, feet, 0.7), *contacts]
@@ -65,6 +66,7 @@ class InverseKinematics:
         """Return `q_ref` (nq,) and `v_ref` (nv,) of time `t` [s], and move on by a period.
 
         Base velocities are in base axes. Without `t` the steps count the time from zero.
+        Raises: `InputError` for what is no time.
         """
         step = self.motion.step(self.t if t is None else t)
         self._ticks += 1
@@ -75,6 +77,9 @@ class InverseKinematics:
 
         Targets that move are followed meanwhile. Raises: `InputError` after `most` steps.
         """
+        positive("the speed that counts as rest", speed)
+        if not isinstance(most, int) or most < 1:
+            raise InputError("the number of steps must be a whole number above zero", given=most)
         for _ in range(most):
             step = self.step()
             if abs(step.v_ref).max() < speed:

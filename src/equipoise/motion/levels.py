@@ -9,6 +9,7 @@ import numpy as np
 from equipoise.contacts import Contact, ContactStack, PointContact, SoleContact, SupportPolygon
 from equipoise.contacts.support_polygon import sole_corners
 from equipoise.errors import InputError, NameNotFoundError
+from equipoise.given import names_of
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_number, real_vector
@@ -43,8 +44,7 @@ def feet_of(
                 remedy='Name the frames of its feet, feet=("left_toe", ...), or soles in its YAML',
             )
         names = tuple(soles) if robot.nv_base else ()
-    if isinstance(names, str):
-        raise InputError("feet are several names", given=names, remedy=f"Give [{names!r}]")
+    names = names_of("the feet", names)
     for name in names:
         if name not in soles and name not in robot.frame_names:
             known = (*soles, *robot.frame_names)
@@ -77,6 +77,8 @@ def usual_levels(
     What the wishes hold of posture, limits or balance, by kind, is theirs and not added.
     Raises: `InputError`.
     """
+    if not isinstance(wishes, Sequence) or isinstance(wishes, str):
+        raise _no_level(wishes)
     given = [_level(wish) for wish in wishes]
     has = {type(task) for level in given for task in level}
     supports = [contact for contact in contacts if contact.supporting]

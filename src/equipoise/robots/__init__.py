@@ -13,7 +13,7 @@ from equipoise.robots.registry import (
     robot_path,
     robot_urdf_path,
 )
-from equipoise.robots.robot import Foot, Palm, Robot, Sole
+from equipoise.robots.robot import Foot, Palm, Robot, Sole, require_robot
 
 __all__ = [
     "ExtraMissingError",
@@ -27,6 +27,7 @@ __all__ = [
     "get_robot",
     "load_robot",
     "named_robots",
+    "require_robot",
     "robot_path",
     "robot_urdf_path",
 ]

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import InputError, NameNotFoundError, NonFiniteError
+from equipoise.given import require_kind
 from equipoise.kinematics import Kinematics, kinematics_at
 from equipoise.robots.base import Base, base_of, require_joints_of_one_dof
 
@@ -320,3 +321,8 @@ def _require_finite(what: str, value: float) -> float:
     if not np.isfinite(value):
         raise NonFiniteError(f"{what} is not finite", given=value)
     return float(value)
+
+
+def require_robot(what: str, robot: object) -> None:
+    """Refuse what is no robot, say only its name. Raises: `InputError`."""
+    require_kind(what, robot, Robot, "Say get_robot('hrp2'), or load_robot('my.urdf')")

@@ -59,6 +59,14 @@ def real_number(name: str, value: object, *, finite: bool = True) -> float:
     return number
 
 
+def time_of(t: object) -> float:
+    """Return the time [s] of a tick as a float; quick where it is one already.
+
+    Raises: `InputError` if it is no number, `NonFiniteError` if it is not finite.
+    """
+    return t if type(t) is float and math.isfinite(t) else real_number("the time", t)
+
+
 def real_period(name: str, value: object) -> float:
     """Return a period [s], finite and positive. Raises: `InputError`."""
     period = real_number(name, value, finite=False)

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import InputError
+from equipoise.given import require_kind
 from equipoise.hqp import Block, Hierarchy, RowDescription, Rows
 from equipoise.kinematics import Kinematics
 from equipoise.robots import Robot
@@ -35,6 +36,7 @@ class Task(ABC):
     weight: float = 1.0
 
     def __init__(self, name: str) -> None:
+        require_kind("the name of a task", name, str)
         self.name = name
 
     def weighing(self, weight: float) -> Self:
@@ -200,9 +202,11 @@ def by_component(task: KernelTask, block: Block) -> tuple[RowDescription, ...]:
 
 def require_frame(name: str, frame: str | int | None) -> str | int:
     """Return the frame of a task that needs one. Raises: `InputError`."""
-    if frame is None:
+    if isinstance(frame, bool) or not isinstance(frame, str | int):
         raise InputError(
-            f"task {name!r} needs a frame", remedy="Give its name; `robot.frame_names` lists them"
+            f"task {name!r} needs a frame",
+            given=frame,
+            remedy="Give its name; `robot.frame_names` lists them",
         )
     return frame
 

@@ -7,6 +7,8 @@ import numpy as np
 from equipoise.compiled import compiled
 from equipoise.compiled.workspace import matrix, vector
 from equipoise.contacts import SupportPolygon
+from equipoise.errors import InputError
+from equipoise.given import require_kind
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import COM, COM_ROWS
@@ -51,8 +53,7 @@ class ComPolygonTask(KernelTask):
         self, name: str, polygon: SupportPolygon, *, margin: float = 0.02, rate: float = 3.0
     ) -> None:
         super().__init__(name)
-        self.polygon = polygon
-        self.margin = not_negative(f"the margin of task {name!r}", margin, "m")
+        self.polygon, self.margin = polygon, require_margin(name, polygon, margin)
         self.rate = require_rate(name, rate)
         self._labels = tuple(f"edge{i}" for i in range(len(polygon.offsets)))
 
@@ -97,3 +98,16 @@ class ComPolygonTask(KernelTask):
             RowDescription.both(f"the {label} of the support polygon", "m/s", self.rate)
             for label in block.labels
         )
+
+
+def require_margin(name: str, polygon: SupportPolygon, margin: float) -> float:
+    """Return a margin [m] that leaves something of a polygon. Raises: `InputError`."""
+    require_kind(f"the polygon of task {name!r}", polygon, SupportPolygon)
+    margin = not_negative(f"the margin of task {name!r}", margin, "m")
+    if not polygon.holds_margin(margin):
+        raise InputError(
+            f"the margin of task {name!r} leaves nothing of the support polygon",
+            given=margin,
+            remedy=f"Give metres; its corners are {polygon.vertices.round(3).tolist()}",
+        )
+    return margin

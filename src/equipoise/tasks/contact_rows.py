@@ -8,6 +8,7 @@ import numpy as np
 
 from equipoise.contacts import ContactSchedule, ContactStack
 from equipoise.errors import InputError
+from equipoise.given import require_kind
 from equipoise.hqp import Block, Hierarchy, RowDescription, Rows
 from equipoise.kinematics import Kinematics
 from equipoise.spatial import Array
@@ -31,6 +32,9 @@ class ContactTask(Task):
         super().__init__(name)
         if isinstance(contacts, ContactStack):
             contacts = ContactSchedule(contacts.contacts, {})
+        require_kind(
+            f"what task {name!r} holds", contacts, ContactSchedule, "A ContactStack will do"
+        )
         self.schedule = contacts
         self.rate = require_rate(name, rate)
         self.stack = ContactStack(contacts.contacts)

@@ -14,9 +14,9 @@ from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import Q
 from equipoise.kinematics.tree import FIRST_Q
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_number
+from equipoise.spatial.numbers import real_number, real_vector
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask, require_rate
 from equipoise.tasks.view import COUPLING, TaskView, first_actuated
@@ -59,21 +59,22 @@ class JointCouplingTask(KernelTask):
         rate: float = 10.0,
     ) -> None:
         super().__init__(name)
-        wanted = [0.0] * len(sums) if values is None else list(values)
-        if isinstance(sums, Mapping) or not sums or not all(sums) or len(wanted) != len(sums):
+        require_robot(f"the robot of task {name!r}", robot)
+        listed = isinstance(sums, Sequence) and all(isinstance(one, Mapping) for one in sums)
+        if not listed or not sums or not all(sums):
             raise InputError(
-                f"task {name!r} needs sums of joints, each with a weight for every joint in "
-                "it, and as many values",
-                given=f"{len(sums)} sums, {len(wanted)} values",
+                f"task {name!r} needs sums of joints, each with a weight for every joint in it",
+                given=sums,
                 remedy='Give [{"first": 1.0, "second": -1.0}, ...]',
             )
+        wanted = np.zeros(len(sums)) if values is None else values
         self.sums = tuple(dict(one) for one in sums)
         self.rate = require_rate(name, rate)
         self.weights = np.zeros((len(sums), robot.na))
         for row, one in zip(self.weights, self.sums, strict=True):
             for joint, weight in one.items():
                 row[robot.joint_index(joint)] = real_number(f"the weight of {joint}", weight)
-        self.values = np.array([real_number(f"a value of task {name!r}", one) for one in wanted])
+        self.values = real_vector(f"the values of task {name!r}", wanted, len(sums))
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from equipoise.compiled import compiled
+from equipoise.given import require_kind
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask
@@ -37,6 +38,8 @@ class DampingTask(KernelTask):
 
     def __init__(self, name: str, robot: Robot, *, base: bool = False) -> None:
         super().__init__(name)
+        require_robot(f"the robot of task {name!r}", robot)
+        require_kind(f"whether task {name!r} damps the base", base, bool)
         self._first = 0 if base else robot.nv_base
         self._labels = robot.velocity_names[self._first :]
 

@@ -9,17 +9,18 @@ import numpy as np
 from equipoise.compiled import compiled, scratch
 from equipoise.compiled.workspace import integers, vector
 from equipoise.contacts import SupportPolygon
+from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import COM, MOMENTUM_RATE, VELOCITY
 from equipoise.kinematics.momentum import last_column, momentum_column, weigh_turning
 from equipoise.kinematics.tree import BELOW, FIRST_V
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import not_negative, require_period, share
+from equipoise.spatial.numbers import real_number, require_period, share
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask
-from equipoise.tasks.com_polygon import GRAVITY
+from equipoise.tasks.com_polygon import GRAVITY, require_margin
 from equipoise.tasks.view import FLOOR_SUPPORT, TaskView
 
 # entries of the numbers; from EDGES on three an edge
@@ -93,11 +94,19 @@ class FloorSupportTask(KernelTask):
         least: float = 0.3,
     ) -> None:
         super().__init__(name)
+        require_robot(f"the robot of task {name!r}", robot)
         self.polygon, self.period = polygon, require_period(period)
-        self.height = float(height)
-        self.margin = not_negative(f"the margin of task {name!r}", margin, "m")
+        self.height = real_number(f"the height of the floor of task {name!r}", height)
+        self.margin = require_margin(name, polygon, margin)
         self.least = share(f"the least push of task {name!r}", least)
-        self.scale = 1.0 / (robot.mass * (robot.at(robot.q_half_sitting).p_world_com[2] - height))
+        over = float(robot.at(robot.q_half_sitting).p_world_com[2]) - self.height
+        if not over > 0.0:
+            raise InputError(
+                f"the floor of task {name!r} lies above the centre of mass at half-sitting",
+                given=height,
+                remedy=f"Give metres, below {over + self.height:.3g}",
+            )
+        self.scale = 1.0 / (robot.mass * over)
         self._labels = (*(f"edge{i}" for i in range(len(polygon.offsets))), "push")
 
     @property

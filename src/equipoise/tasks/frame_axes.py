@@ -10,6 +10,7 @@ import pinocchio as pin
 from equipoise.compiled import compiled, scratch
 from equipoise.compiled.workspace import integers, matrix
 from equipoise.errors import InputError, NameNotFoundError
+from equipoise.given import names_of
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import COLUMNS, FRAMES, add_point_row, clear_row
@@ -122,7 +123,7 @@ class FrameAxesTask(AimedTask):
 
 def require_axes(name: str, axes: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
     """Return the axes of a task, each once. Raises: `InputError`, `NameNotFoundError`."""
-    given = tuple(axes)
+    given = names_of(f"the axes of task {name!r}", axes)
     for axis in given:
         if axis not in known:
             raise NameNotFoundError(f"axis of task {name!r} named", axis, known)

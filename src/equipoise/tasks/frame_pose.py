@@ -161,4 +161,4 @@ class FramePoseTask(AimedTask):
 
 
 def _bound(name: str, value: float, unit: str) -> float:
-    return value if value == math.inf else positive(name, value, unit)
+    return value if isinstance(value, float) and value == math.inf else positive(name, value, unit)

@@ -14,7 +14,7 @@ from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import VELOCITY, Q
 from equipoise.kinematics.tree import FIRST_Q, KIND
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, real_vector, require_period, share
 from equipoise.tasks.alone import alone_of
@@ -96,6 +96,7 @@ class JointAccelerationsTask(KernelTask):
         rate: float = 5.0,
     ) -> None:
         super().__init__(name)
+        require_robot(f"the robot of task {name!r}", robot)
         self._labels = robot.joint_names
         self.acceleration = real_vector(f"the bounds of task {name!r}", acceleration, robot.na)
         if not (self.acceleration > 0.0).all():

@@ -10,13 +10,13 @@ import numpy as np
 
 from equipoise.compiled import compiled
 from equipoise.compiled.workspace import integers, vector
-from equipoise.errors import InputError
+from equipoise.given import mapping_of, names_of
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.hqp.row_names import SPEED_LIMIT
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import Q
 from equipoise.kinematics.tree import FIRST_Q, KIND
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, share
 from equipoise.tasks.alone import alone_of
@@ -66,6 +66,7 @@ class JointLimitsTask(KernelTask):
         frozen: Sequence[str] = (),
     ) -> None:
         super().__init__(name)
+        require_robot(f"the robot of task {name!r}", robot)
         margin = not_negative(f"the margin of task {name!r}", margin, "rad")
         velocity_share = share(f"the velocity share of task {name!r}", velocity_share)
         self._labels = robot.joint_names
@@ -74,13 +75,12 @@ class JointLimitsTask(KernelTask):
         self.q_low = robot.q_min + inset
         self.q_high = robot.q_max - inset
         self.v_share = velocity_share * robot.v_max
-        for joint, speed in (speeds or {}).items():
+        for joint, speed in mapping_of(f"the speeds of task {name!r}", speeds).items():
             i = robot.joint_index(joint)
             speed = not_negative(f"the speed of {joint} in task {name!r}", speed, "rad/s")
             self.v_share[i] = min(self.v_share[i], speed)
-        if isinstance(frozen, str):
-            raise InputError(f"task {name!r} freezes several joints", given=frozen, remedy="A list")
-        self.v_share[[robot.joint_index(joint) for joint in frozen]] = 0.0
+        still = names_of(f"the joints that task {name!r} freezes", frozen)
+        self.v_share[[robot.joint_index(joint) for joint in still]] = 0.0
 
     @property
     def labels(self) -> tuple[str, ...]:

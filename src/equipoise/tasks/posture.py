@@ -10,7 +10,7 @@ from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import Q
 from equipoise.kinematics.tree import FIRST_Q, KIND
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
 from equipoise.tasks.alone import alone_of
@@ -40,6 +40,7 @@ class PostureTask(KernelTask):
 
     def __init__(self, name: str, robot: Robot, q_joints: Array, *, rate: float = 1.0) -> None:
         super().__init__(name)
+        require_robot(f"the robot of task {name!r}", robot)
         self._labels = robot.joint_names
         self.q_joints = real_vector(f"the target of task {name!r}", q_joints, robot.na)
         self.rate = require_rate(name, rate)

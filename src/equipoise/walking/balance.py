@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from equipoise.contacts import SupportPolygon
+from equipoise.given import require_kind
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, positive
 from equipoise.walking.centre import CentreState
@@ -49,6 +50,7 @@ class BalanceFeedback:
     """
 
     def __init__(self, settings: BalanceSettings, omega: float, dt: float) -> None:
+        require_kind("how the balance is kept", settings, BalanceSettings)
         self.settings = settings
         self.omega = positive("the rate of the pendulum", omega, "1/s")
         self.p, self.v, self.zmp = np.zeros(2), np.zeros(2), np.zeros(2)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from equipoise.errors import InputError
-from equipoise.spatial.numbers import positive, real_number
+from equipoise.spatial.numbers import positive, real_number, share
 
 SETTLES = 4.74  # time constants in which a critically damped lag has covered 95 % of its way
 
@@ -21,9 +20,7 @@ class WalkClock:
     def __init__(self, start: float = 0.0, *, fall: float = 0.15, least: float = 0.05) -> None:
         self.t = real_number("the start of the clock", start)
         self._decay = SETTLES / positive("the time in which the clock slows", fall, "s")
-        if not 0.0 < least <= 1.0:
-            raise InputError("the least rate of the clock lies between 0 and 1", given=least)
-        self.least = least
+        self.least = share("the least rate of the clock", least)
         self.rate, self.bend = 1.0, 0.0
         self.slowed = False
 

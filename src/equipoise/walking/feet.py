@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +12,10 @@ import pinocchio as pin
 from equipoise.contacts import SupportPolygon
 from equipoise.contacts.support_polygon import sole_corners
 from equipoise.errors import InputError
-from equipoise.robots import Robot, Sole
+from equipoise.given import require_kind
+from equipoise.robots import Robot, Sole, require_robot
 from equipoise.spatial import Array
+from equipoise.spatial.poses import rigid
 
 LEFT, RIGHT = 0, 1
 LEVEL = 0.02  # [rad] up to which a sole counts as level
@@ -46,6 +49,7 @@ class Feet:
 
         Raises: `InputError` for a robot that has not two soles, or soles that do not lie level.
         """
+        require_robot("the robot that walks", robot)
         if len(robot.soles) != 2:
             raise InputError(
                 f"{robot.name} cannot walk: walking needs two soles",
@@ -100,3 +104,14 @@ def turn_between(before: float, after: float) -> float:
 def with_foot(stance: Stance, foot: int, T_world_sole: pin.SE3) -> Stance:
     """Return the stance in which a foot stands elsewhere."""
     return (T_world_sole, stance[RIGHT]) if foot == LEFT else (stance[LEFT], T_world_sole)
+
+
+def require_stance(feet: object, stance: object) -> None:
+    """Refuse what is no pair of feet, or no pair of poses of theirs. Raises: `InputError`."""
+    require_kind("the feet that walk", feet, Feet, "Say Feet.of(robot)")
+    if not isinstance(stance, Sequence) or len(stance) != 2:
+        raise InputError(
+            "a stance is the poses of both soles, left and right", given=type(stance).__name__
+        )
+    for T in stance:
+        rigid("the pose of a foot", T)

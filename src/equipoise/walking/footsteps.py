@@ -10,9 +10,20 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import InputError
+from equipoise.given import require_kind
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import positive, real_number
-from equipoise.walking.feet import LEFT, RIGHT, Feet, Stance, level_pose, turn_between, with_foot
+from equipoise.spatial.numbers import positive, real_number, real_vector
+from equipoise.spatial.poses import rigid
+from equipoise.walking.feet import (
+    LEFT,
+    RIGHT,
+    Feet,
+    Stance,
+    level_pose,
+    require_stance,
+    turn_between,
+    with_foot,
+)
 
 MOST_STEPS = 1000
 CLOSED = 0.01  # [m], [rad] up to which two feet count as side by side
@@ -20,10 +31,17 @@ CLOSED = 0.01  # [m], [rad] up to which two feet count as side by side
 
 @dataclass(frozen=True)
 class Footstep:
-    """A foot (`LEFT` or `RIGHT`) is put down at a pose of the frame of its sole."""
+    """A foot (`LEFT` or `RIGHT`) is put down at a pose of the frame of its sole.
+
+    Raises: `InputError`.
+    """
 
     foot: int
     T_world_sole: pin.SE3
+
+    def __post_init__(self) -> None:
+        _foot(self.foot)
+        rigid("the pose of a footstep", self.T_world_sole)
 
 
 @dataclass(frozen=True)
@@ -66,6 +84,8 @@ def steps_along(
     """
     if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count <= MOST_STEPS:
         raise InputError(f"the number of steps is 0 to {MOST_STEPS}", given=count)
+    require_stance(feet, stance)
+    require_kind("a stride", stride, Stride)
     towards = stride.left if abs(stride.left) > 0.0 else stride.turn
     leading = LEFT if towards > 0.0 else RIGHT
     foot = leading if first is None else _foot(first)
@@ -93,10 +113,10 @@ def steps_to(
     straight on, and turns there. Obstacles are not looked at.
     Raises: `InputError`.
     """
-    limits = limits or StrideLimits()
-    if len(goal) != 3:
-        raise InputError("a goal is x [m], y [m] and yaw [rad]", given=list(goal))
-    x, y, yaw = (real_number("a number of the goal", value) for value in goal)
+    require_stance(feet, stance)
+    limits = StrideLimits() if limits is None else limits
+    require_kind("the limits of a stride", limits, StrideLimits)
+    x, y, yaw = real_vector("a goal, x [m], y [m] and yaw [rad],", goal, 3).tolist()
     here = feet.middle(stance)
     there = level_pose(x, y, here.translation[2], yaw)
     distance = float(np.linalg.norm(there.translation - here.translation))
@@ -125,7 +145,9 @@ def closing_step(feet: Feet, stance: Stance, foot: int, apart: pin.SE3) -> list[
 
     `apart` is the pose of the foot in the frame of the other one when they stand side by side.
     """
-    T = stance[1 - foot] * apart
+    require_stance(feet, stance)
+    rigid("how far the feet are apart", apart)
+    T = stance[1 - _foot(foot)] * apart
     off = stance[foot].actInv(T)
     if np.linalg.norm(off.translation) < CLOSED and np.linalg.norm(pin.log3(off.rotation)) < CLOSED:
         return []
@@ -195,6 +217,6 @@ def _arc(turn: float) -> Array:
 
 
 def _foot(foot: int) -> int:
-    if foot not in (LEFT, RIGHT):
+    if isinstance(foot, bool) or not isinstance(foot, int) or foot not in (LEFT, RIGHT):
         raise InputError("a foot is LEFT (0) or RIGHT (1)", given=foot)
     return foot

@@ -8,9 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from equipoise.errors import InputError
+from equipoise.given import require_kind
 from equipoise.spatial import Array
+from equipoise.spatial.numbers import real_number
 from equipoise.walking.centre import CentrePath, CentreState
-from equipoise.walking.feet import LEFT, RIGHT, Feet, Stance, turn_between, with_foot, yaw_of
+from equipoise.walking.feet import (
+    LEFT,
+    RIGHT,
+    Feet,
+    Stance,
+    require_stance,
+    turn_between,
+    with_foot,
+    yaw_of,
+)
 from equipoise.walking.footsteps import Footstep
 from equipoise.walking.pendulum import PendulumPath, ZmpMove
 from equipoise.walking.quasi_static import CentreMove, QuasiStaticPath
@@ -87,7 +99,16 @@ class WalkPlanner:
     settings: WalkSettings
 
     def begin(self, stance: Stance, steps: Sequence[Footstep], start: float = 0.0) -> WalkPlan:
-        """Return the plan of a walk that begins at rest between two feet at `start` [s]."""
+        """Return the plan of a walk that begins at rest between two feet at `start` [s].
+
+        Raises: `InputError`.
+        """
+        require_stance(self.feet, stance)
+        start = real_number("the start of a walk", start)
+        if not isinstance(steps, Sequence):
+            raise InputError("a walk is a list of footsteps", given=type(steps).__name__)
+        for step in steps:
+            require_kind("each step of a walk", step, Footstep)
         timing, middle = self.settings.timing, self.feet.middle(stance)
         first = start + timing.settle + timing.shift
         planned = self._timed(steps, first, 1)

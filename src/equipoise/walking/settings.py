@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
+from equipoise.given import require_kind
 from equipoise.spatial.numbers import not_negative, positive
 from equipoise.walking.swing import SwingShape
 from equipoise.walking.timing import WalkTiming
@@ -38,6 +39,9 @@ class WalkSettings:
     leg: float = 0.0
 
     def __post_init__(self) -> None:
+        require_kind("the mode of a walk", self.mode, WalkMode)
+        require_kind("the timing of a walk", self.timing, WalkTiming)
+        require_kind("the swing of a walk", self.swing, SwingShape)
         positive("the height of the centre of mass", self.height, "m")
         not_negative("how far inward the load is led", self.inward, "m")
         not_negative("what a swinging leg weighs in", self.leg, "s^2")

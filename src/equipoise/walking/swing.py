@@ -8,12 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from equipoise.errors import InputError
+from equipoise.given import require_kind
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import not_negative, positive
+from equipoise.spatial.numbers import not_negative, positive, real_number
+from equipoise.spatial.poses import rigid
 from equipoise.trajectories.minimum_jerk import share_of, step, step_bend, step_rate
 from equipoise.trajectories.quintic import powers_between
 
 RISE = 0.45  # share of the swing in which the foot goes up
+LONGEST = 600.0  # [s] of a foot in the air
 ACROSS = (0.02, 0.96)  # shares of the swing between which it goes across and turns
 FASTEST = 1.875  # greatest rate of a minimum-jerk step
 
@@ -51,11 +55,20 @@ class Swing:
     Upwards it goes from rest to the top and down to a touchdown at a speed; across and in its turn
     it is a minimum-jerk step in the middle of that time. All of it is continuous to the second
     derivative. Behind `land` it goes straight down at the speed of touchdown.
+    Raises: `InputError`.
     """
 
     def __init__(
         self, T_from: pin.SE3, T_to: pin.SE3, lift: float, land: float, shape: SwingShape
     ) -> None:
+        require_kind("the shape of a swing", shape, SwingShape)
+        rigid("where a swing begins", T_from)
+        rigid("where a swing ends", T_to)
+        lift, land = real_number("when a swing begins", lift), real_number("when it ends", land)
+        if not 0.0 < land - lift <= LONGEST:
+            raise InputError(
+                f"a swing ends after it begins, and within {LONGEST:g} s", given=(lift, land)
+            )
         self.T_from, self.T_to, self.lift, self.land, self.shape = T_from, T_to, lift, land, shape
         self._way = T_to.translation - T_from.translation
         self._axis = pin.log3(T_from.rotation.T @ T_to.rotation)

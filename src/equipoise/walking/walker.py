@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from equipoise.errors import InputError
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import positive
+from equipoise.spatial.numbers import positive, share
 from equipoise.walking.clock import WalkClock
 from equipoise.walking.feet import LEFT, RIGHT, Stance, level_pose, with_foot, yaw_of
 from equipoise.walking.footsteps import Footstep, closing_step
@@ -42,7 +42,7 @@ class TouchSettings:
     def __post_init__(self) -> None:
         for name in ("load", "glide", "level"):
             positive(f"the {name} of a touchdown", getattr(self, name))
-        if not 0.0 < self.earliest < 1.0:
+        if not share("the share of the swing", self.earliest) < 1.0:
             raise InputError("a touchdown counts from a share of the swing on", given=self.earliest)
 
 

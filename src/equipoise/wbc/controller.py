@@ -25,6 +25,7 @@ from equipoise.control import (
     Reference,
     Supervisor,
 )
+from equipoise.control.interface import write_vector
 from equipoise.control.passivity.law import KEEPS, STATUS, Keep, require_support
 from equipoise.control.passivity.program import LawProgram
 from equipoise.control.supervisor import Mode
@@ -39,7 +40,7 @@ from equipoise.motion.memory import STATUS as MOTION_STATUS
 from equipoise.motion.program import MotionProgram
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_array, real_vector, require_period
+from equipoise.spatial.numbers import real_array, real_vector, require_period, time_of
 from equipoise.tasks import Task
 from equipoise.trajectories import Fade, LiveScalar
 from equipoise.trajectories.scalar import GIVEN
@@ -359,8 +360,9 @@ class WholeBodyController:
 
         `q` (nq,), `v` (nv,); `wrenches` are the multipliers of the contacts that hold, stacked
         (r,) or by the name of the contact. Never raises on values, never exceeds a torque limit.
-        Raises: `ShapeError`, `InputError` for what is no array of the right size.
+        Raises: `ShapeError`, `InputError` for what is no array of the right size or no time.
         """
+        t = time_of(t)
         stack = self.supports.at(t)
         if stack is not self._held:
             self._go_over(stack)
@@ -447,17 +449,20 @@ class WholeBodyController:
 
     def _stacked(self, wrenches: Mapping[str, Array]) -> Array:
         """Return the multipliers of the contacts that hold, one after the other."""
-        rows = self._held.rows
-        for name in rows:
+        stacked, rows = np.empty(self._rows_held), self._held.rows
+        for name, where in rows.items():
             if name not in wrenches:
                 raise NameNotFoundError("wrench of contact", name, wrenches)
-        return np.concatenate([np.zeros(0), *(np.asarray(wrenches[name]) for name in rows)])
+            write_vector(f"the wrench of {name}", wrenches[name], stacked[where])
+        return stacked
 
     def hold(self, t: float, last: WholeBodyCommand) -> WholeBodyCommand:
         """Return the last command again for time `t` [s], while the reference moves on.
 
         For a tick in which nothing was measured or the controller comes too late.
+        Raises: `InputError` for what is no time.
         """
+        t = time_of(t)
         stack = self.supports.at(t)
         if stack is not self._held:
             self._go_over(stack)
@@ -543,8 +548,13 @@ class WholeBodyController:
             if (name in known) if others is None else (name not in others):
                 free.add(name)
         places = {**self._places_of(known - free), **(anchors or {})}
-        for name, T in places.items():
-            held.anchor(name, T)
+        before = held.state()
+        try:
+            for name, T in places.items():
+                held.anchor(name, T)
+        except InputError:
+            held.restore(before)
+            raise
         held.let_go(free)
         self._keep = keep
         self._write_supports()
@@ -603,7 +613,11 @@ class WholeBodyController:
         return state
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Continue from a memory that `state` returned: the same inputs then give the same bits."""
+        """Continue from a memory that `state` returned: the same inputs then give the same bits.
+
+        Raises: `InputError` for what is no memory of a controller made alike; nothing is changed.
+        """
+        _require_alike(state, self.state())
         self.supports.restore(state["supports"])
         self._write_supports()
         self._keep = state["keep"]
@@ -615,6 +629,21 @@ class WholeBodyController:
         self.supervisor.restore(state["supervisor"])
         if self.law is None:
             self.controller.restore(state["controller"])
+
+
+def _require_alike(state: object, own: Mapping[str, Any]) -> None:
+    """Refuse what is no state like this one: its parts, and the sizes of its arrays."""
+    alike = isinstance(state, Mapping) and set(state) == set(own)
+    if alike:
+        given, mine = state["workspace"], own["workspace"]  # type: ignore[index]
+        alike = isinstance(given, Mapping) and set(given) == set(mine)
+        alike = alike and all(np.shape(given[name]) == mine[name].shape for name in mine)
+    if not alike:
+        raise InputError(
+            "this is no state of a controller like this one",
+            given=type(state).__name__,
+            remedy="Give what `state()` returned, of this controller or of one made alike",
+        )
 
 
 def _vector(name: str, values: Any, size: int) -> Array:

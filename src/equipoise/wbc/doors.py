@@ -17,6 +17,7 @@ from equipoise.control import (
     advise_gains,
 )
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
+from equipoise.given import mapping_of
 from equipoise.motion.levels import (
     Accelerations,
     Wishes,
@@ -24,7 +25,7 @@ from equipoise.motion.levels import (
     feet_of,
     usual_levels,
 )
-from equipoise.robots import Robot
+from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_array, real_number, real_vector, require_period
 from equipoise.tasks import Task
@@ -101,6 +102,7 @@ def stand(
 
     Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
     """
+    require_robot("the robot that stands", robot)
     if not robot.nv_base:
         raise InputError(
             f"robot {robot.name} is fixed to the world: it stands on nothing",
@@ -115,6 +117,7 @@ def mount(robot: Robot, q: Array | None, wish: Wish, loop: LoopSettings) -> Open
 
     Raises: `InputError`, `NameNotFoundError`, `ShapeError`.
     """
+    require_robot("the robot that is fixed", robot)
     if robot.nv_base:
         raise InputError(
             f"the base of robot {robot.name} moves: something has to carry it",
@@ -140,7 +143,7 @@ def _open(
     levels = usual_levels(robot, q, stack.contacts, wish.tasks, loop.margin)
     if loop.accelerations is not None:
         levels = bound_accelerations(robot, levels, loop.accelerations, loop.period)
-    return Opened(levels, stack, settings, q, _wanted(stack, dict(wish.forces or {})))
+    return Opened(levels, stack, settings, q, _wanted(stack, wish.forces))
 
 
 def gains_for(robot: Robot, contacts: ContactStack, q: Array, loop: LoopSettings) -> ControlGains:
@@ -168,10 +171,9 @@ def gains_for(robot: Robot, contacts: ContactStack, q: Array, loop: LoopSettings
     )
 
 
-def _wanted(
-    stack: ContactStack, forces: dict[str, Wanted | Sequence[Wanted]]
-) -> dict[str, list[Scalar]]:
+def _wanted(stack: ContactStack, forces: Forces | None) -> dict[str, list[Scalar]]:
     """Return a scalar for each regulated row; a number becomes one that can be changed."""
+    forces = mapping_of("the wanted forces", forces)
     for name in forces:
         if name not in stack.rows:
             raise NameNotFoundError("contact", name, stack.rows)

@@ -48,11 +48,16 @@ class Supports:
         return [name for name, one in self.contacts.items() if one.supporting == supporting]
 
     def require(self, names: Iterable[str], *, supporting: bool) -> None:
-        """Refuse names of which there is no contact of this sort. Raises: `NameNotFoundError`."""
+        """Refuse names of which there is no contact of this sort.
+
+        Raises: `NameNotFoundError`; `InputError` for what is no list of names.
+        """
         known = self.names(supporting=supporting)
+        what = "supporting contact" if supporting else "contact that does not support"
+        if isinstance(names, str) or not isinstance(names, Iterable):
+            raise InputError(f"name each {what} in a list", given=names, known=known)
         for name in names:
             if name not in known:
-                what = "supporting contact" if supporting else "contact that does not support"
                 raise NameNotFoundError(what, name, known)
 
     def let_go(self, names: Iterable[str]) -> None:

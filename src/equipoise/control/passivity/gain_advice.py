@@ -13,12 +13,14 @@ from equipoise.contacts import ContactStack
 from equipoise.contacts.stack import StackedContacts
 from equipoise.control.passivity.gains import Projector
 from equipoise.control.passivity.nearest import NearestVelocity
+from equipoise.errors import InputError
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, positive, real_vector, require_period
 from equipoise.spatial.numbers import share as fraction
 
 _POSTURES = 200
+LONGEST_DELAY = 0.1  # [s]
 # of the dead time that the posture loop survives on a floor that gives
 RESERVES: dict[Projector, float] = {"euclidean": 6.0, "damping": 3.0}
 
@@ -220,10 +222,15 @@ def advise_for_soft_floor(
     Damping is five times as fast as the posture (`alpha = kappa / 5`), and the integral inside
     the boundary layer at most half as fast as the damping (`k_ip / layer = kappa / 2`), so that
     the two do not swing against each other.
-    Raises: `InputError` if a time or the reserve is not positive.
+    Raises: `InputError` if a time or the reserve is not positive, or the delay is above 0.1 s.
     """
     require_period(dt)
-    positive("delay", delay, "s")
+    if positive("delay", delay, "s") > LONGEST_DELAY:
+        raise InputError(
+            f"no gains keep a robot on its feet that is felt later than {LONGEST_DELAY:g} s",
+            given=delay,
+            remedy="Give the delay in seconds: 3 ms are 0.003",
+        )
     reserve = RESERVES[projector] if reserve is None else positive("reserve", reserve)
     not_negative("k_ip", k_ip, "rad/s^2")
     wanted = reserve * (delay + 1.5 * dt)

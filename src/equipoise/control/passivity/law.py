@@ -22,7 +22,6 @@ from equipoise.control.interface import (
     ControlStatus,
     Measurement,
     Reference,
-    time_of,
     write_vector,
 )
 from equipoise.control.passivity.gains import ControlGains, require_gains
@@ -44,7 +43,7 @@ from equipoise.kinematics.state import Kinematics, KinematicsMemory
 from equipoise.kinematics.tree import fill_tree, tree_of
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import not_negative, real_vector, require_period
+from equipoise.spatial.numbers import not_negative, real_vector, require_period, time_of
 
 Keep = Literal["torque", "energy"]
 KEEPS: tuple[Keep, ...] = get_args(Keep)

@@ -17,7 +17,6 @@ from equipoise.control.interface import (
     ControlStatus,
     Measurement,
     Reference,
-    time_of,
 )
 from equipoise.control.passivity.law import require_support
 from equipoise.control.rivals.dynamics import NominalDynamics
@@ -26,7 +25,7 @@ from equipoise.control.rivals.gains import RivalGains, require_slow_enough
 from equipoise.control.rivals.geometry import ContactGeometry, Rows
 from equipoise.robots import Robot
 from equipoise.spatial import Array, velocity_transport
-from equipoise.spatial.numbers import positive, real_array, real_vector, require_period
+from equipoise.spatial.numbers import positive, real_array, real_vector, require_period, time_of
 
 SMOOTHING = 0.005  # [s] of the low pass behind the derivative of v_ref
 GAP = 5.0  # periods without a reference after which its derivative is not taken

@@ -46,6 +46,6 @@ def make_solver(name: str) -> HierarchySolver:
     Raises:
         NameNotFoundError: there is no solver of that name.
     """
-    if name not in SOLVERS:
+    if not isinstance(name, str) or name not in SOLVERS:
         raise NameNotFoundError("hierarchy solver", name, SOLVERS)
     return SOLVERS[name]()

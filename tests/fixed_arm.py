@@ -1,44 +1,40 @@
-"""A stand-in for a robot whose base is fixed to the world, small enough to see through."""
+"""A robot whose base is fixed to the world, small enough to see through."""
 
 from __future__ import annotations
 
-import numpy as np
-import pinocchio as pin
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from equipoise.kinematics import Kinematics, kinematics_at
-from equipoise.spatial import pose
+from equipoise.robots import Robot, load_robot
 
 
-class Arm:
-    """A stand-in for a robot with a fixed base: two links that swing and one that slides."""
-
-    def __init__(self) -> None:
-        model = pin.Model()
-        parent, places = 0, (pose((0, 0, 0.5)), pose((0.3, 0, 0)), pose((0.3, 0, 0)))
-        kinds = pin.JointModelRZ(), pin.JointModelRY(), pin.JointModelPZ()
-        for k, (kind, place) in enumerate(zip(kinds, places, strict=True)):
-            parent = model.addJoint(parent, kind, place, f"joint{k}")
-            lever = np.array([0.15, 0.0, 0.02])
-            model.appendBodyToJoint(
-                parent, pin.Inertia(2.0, lever, 0.02 * np.eye(3)), pin.SE3.Identity()
-            )
-        model.addFrame(pin.Frame("tip", parent, pose((0.1, 0, 0)), pin.FrameType.OP_FRAME))
-        self.model, self.name = model, "arm"
-        self.nq = self.nv = self.na = 3
-        self.nq_base = self.nv_base = 0
-        self.soles = self.palms = ()
-        self.joint_names = self.velocity_names = tuple(model.names)[1:]
-        self.frame_names = tuple(frame.name for frame in model.frames)
-        self.q_min, self.q_max = np.array([-2.0, -1.5, -0.3]), np.array([2.0, 1.5, 0.3])
-        self.v_max, self.tau_max = np.full(3, 3.0), np.full(3, 80.0)
-        self.q_half_sitting = np.array([0.3, 0.4, 0.05])
-        self.camera = None
-
-    def frame_id(self, frame: str | int) -> int:
-        return self.model.getFrameId(frame) if isinstance(frame, str) else frame
-
-    def at(self, q: np.ndarray, v: np.ndarray | None = None, t: float = 0.0) -> Kinematics:
-        return kinematics_at(self, q, v, t)
+def small_arm() -> Robot:
+    """Return a robot with a fixed base: two links that swing and one that slides."""
+    links = "".join(
+        f'<link name="link{k}"><inertial><origin xyz="0.15 0 0.02"/><mass value="2"/>'
+        '<inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        for k in range(3)
+    )
+    kinds = ("revolute", "0 0 1", "0 0 0.5", 2.0), ("revolute", "0 1 0", "0.3 0 0", 1.5)
+    kinds = (*kinds, ("prismatic", "0 0 1", "0.3 0 0", 0.3))
+    parents = "mount", "link0", "link1"
+    joints = "".join(
+        f'<joint name="joint{k}" type="{kind}"><parent link="{parent}"/><child link="link{k}"/>'
+        f'<origin xyz="{place}"/><axis xyz="{axis}"/>'
+        f'<limit lower="{-end}" upper="{end}" velocity="3" effort="80"/></joint>'
+        for k, (parent, (kind, axis, place, end)) in enumerate(zip(parents, kinds, strict=True))
+    )
+    tip = (
+        '<link name="tip"/><joint name="tip_mount" type="fixed"><parent link="link2"/>'
+        '<child link="tip"/><origin xyz="0.1 0 0"/></joint>'
+    )
+    with TemporaryDirectory() as folder:
+        urdf = Path(folder) / "arm.urdf"
+        urdf.write_text(f'<robot name="arm"><link name="mount"/>{links}{joints}{tip}</robot>')
+        urdf.with_suffix(".yaml").write_text(
+            "name: arm\nbase: fixed\nhalf_sitting: {joint0: 0.3, joint1: 0.4, joint2: 0.05}\n"
+        )
+        return load_robot(urdf)
 
 
 def arm_in_mujoco(at: str = "0 0 0", turned: str = "1 0 0 0") -> str:

@@ -14,7 +14,7 @@ from equipoise.contacts import ContactStack, GraspContact, PointContact, SoleCon
 from equipoise.contacts.surfaces import Plane
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.robots import get_robot, named_robots
-from fixed_arm import Arm, arm_in_mujoco
+from fixed_arm import arm_in_mujoco, small_arm
 from helpers import kinematics, random_state
 
 mujoco = pytest.importorskip("mujoco")
@@ -173,7 +173,7 @@ def test_what_cannot_be_the_robot_is_refused(g1):
 
 def test_a_fixed_base_may_stand_anywhere():
     """Contacts are told in the robot's own world, whose origin is its base."""
-    arm = Arm()
+    arm = small_arm()
     spec = mujoco.MjSpec.from_string(arm_in_mujoco("1 2 0.3", "0.9 0.1 -0.2 0.3"))
     model = spec.compile()
     data, world = mujoco.MjData(model), MujocoAdapter(arm, model)
@@ -202,7 +202,7 @@ def test_a_fixed_base_may_stand_anywhere():
 
 def test_a_fixed_arm_stands_in_a_loop_of_mujoco():
     """The whole way: the door for a fixed base, the adapter, gravity that nobody told of."""
-    arm = Arm()
+    arm = small_arm()
     model = mujoco.MjModel.from_xml_string(arm_in_mujoco("1 2 0.3"))
     data, world = mujoco.MjData(model), MujocoAdapter(arm, model)
     model.opt.timestep = 0.001

@@ -17,15 +17,15 @@ from equipoise.robots import Robot
 from equipoise.spatial import pose
 from equipoise.tasks import FramePoseTask, PostureTask
 from equipoise.trajectories import FixedPose, Profile
-from fixed_arm import Arm
+from fixed_arm import small_arm
 from helpers import kinematics
 
 RIGID = LoopSettings(delay=0.0)
 
 
 @pytest.fixture
-def arm() -> Arm:
-    return Arm()
+def arm() -> Robot:
+    return small_arm()
 
 
 def follow(controller, engine, seconds, each=lambda k: None):
@@ -185,7 +185,7 @@ def test_a_fixed_arm_moves_and_presses(arm):
     task = FramePoseTask("tip", "tip", T)
     controller = WholeBodyController.fixed(arm, tasks=[task])
     assert [level[0].name for level in controller.motion.levels] == ["limits", "tip", "posture"]
-    heavy = Arm()
+    heavy = small_arm()
     for joint in range(1, 4):
         inertia = heavy.model.inertias[joint]
         heavy.model.inertias[joint] = pin.Inertia(
@@ -224,7 +224,7 @@ def test_each_door_refuses_what_belongs_to_the_other(hrp2, arm):
 @pytest.mark.parametrize(
     ("how", "error", "says"),
     [
-        ({"feet": "left"}, InputError, "several names"),
+        ({"feet": "left"}, InputError, "list of names"),
         ({"feet": ["hoof"]}, NameNotFoundError, "hoof"),
         ({"feet": []}, InputError, "no contact supports the base"),
         ({"tasks": ["hand"]}, InputError, "a level is a task"),

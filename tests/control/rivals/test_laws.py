@@ -9,7 +9,7 @@ import pytest
 from equipoise.contacts import ContactStack
 from equipoise.control import Measurement, Reference
 from equipoise.control.rivals.idqp import InverseDynamicsQP
-from fixed_arm import Arm
+from fixed_arm import small_arm
 from rival_ticks import DT, LAWS, random_tick, rival_at, seen_by, soles_only
 
 PROGRAMS = pytest.mark.parametrize("kind", ["idqp", "passive_qp"])
@@ -202,7 +202,7 @@ def test_an_admittance_gives_way_with_the_force_error(hrp2):
 @pytest.mark.parametrize("kind", LAWS)
 def test_on_a_fixed_base_without_contacts_it_is_the_law_of_an_arm(kind, rng):
     """Inverse dynamics, PD+ or gravity and PD, as in textbooks: nobody carries a base."""
-    arm = Arm()
+    arm = small_arm()
     q_ref = arm.q_half_sitting
     q, v = q_ref + rng.normal(size=3) * 0.01, rng.normal(size=3) * 0.01
     rival = rival_at(arm, q_ref, LAWS[kind], stack=ContactStack([]))

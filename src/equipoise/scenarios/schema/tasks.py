@@ -42,6 +42,7 @@ class HoldFrameSpec(TaskBase):
 class FramePathSpec(TaskBase):
     """A frame follows waypoints of its own; with `travel_of` it also goes along with a slider.
 
+    `carried`: the waypoints go along with a robot that walks, as those of a carried object.
     `speed` [m/s], `acceleration` [m/s^2], `turn` [rad/s] and `turn_acceleration` [rad/s^2] bound
     the way: legs that are faster take longer, and it is told. `pull` [m/s] and `pull_turn` [rad/s]
     are the most that is asked of the frame while it is behind. `damping` asks the joints, on the
@@ -53,6 +54,7 @@ class FramePathSpec(TaskBase):
     frame: str
     waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
     travel_of: str | None = None
+    carried: bool = False
     rate: Positive = 10.0
     speed: Positive | None = None
     acceleration: Positive | None = None

@@ -46,7 +46,9 @@ class HeldObject(Section):
     `handles`: where each palm frame holds it, in the axes of the object. The shapes are attached
     to the first handle. The engine rigid takes it as massless; in the engine mujoco it is a free
     body of `mass` [kg], with `friction` on what it lies on, held by `grip`: `rigid` (the hands are
-    welded to it until the grasp ends) or `friction` (only pressed between two plates).
+    welded to it until the grasp ends) or `friction` (only pressed between two plates). `carried`:
+    the waypoints go along with a robot that walks; they say where the object would be if the robot
+    still stood where it began.
     """
 
     mass: Positive = 0.5
@@ -56,6 +58,7 @@ class HeldObject(Section):
     shapes: Annotated[list[ShapeSpec], Field(min_length=1)]
     handles: Annotated[dict[str, Pose], Field(min_length=1)]
     waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
+    carried: bool = False
 
     @model_validator(mode="after")
     def _times_increase(self) -> HeldObject:

@@ -16,7 +16,13 @@ from equipoise.motion import advise_accelerations
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.simulation.build.fades import build_fades, contact_tasks
-from equipoise.simulation.build.setup import Setup, check_handle, check_target, to_waypoints
+from equipoise.simulation.build.setup import (
+    Setup,
+    carried_by,
+    check_handle,
+    check_target,
+    to_waypoints,
+)
 from equipoise.simulation.build.walk import WalkSetup, other_contacts
 from equipoise.spatial import pose
 from equipoise.tasks import (
@@ -156,6 +162,8 @@ def _frame_path(
         target = setup.targets[spec.travel_of]
         if isinstance(target, TravelTrajectory):
             path = replace(target, body=path)
+    if spec.carried:
+        path = carried_by(setup.carrier, path, f"tasks.{name}.carried")
     return FramePoseTask(
         name,
         frame,

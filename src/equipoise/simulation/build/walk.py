@@ -145,6 +145,7 @@ def build_walk(scenario: schema.Scenario, setup: Setup) -> WalkSetup | None:
         (LedPose(stance[LEFT]), LedPose(stance[RIGHT])),
         LedPose(centre),
         {frame: LedPose(kin.placement(frame)) for frame in _trunk(robot)},
+        setup.carrier,
     )
     return WalkSetup(spec, planner, plan, targets, (left.name, right.name), robot.mass * GRAVITY)
 

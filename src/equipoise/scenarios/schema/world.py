@@ -86,7 +86,8 @@ class SliderSpec(Section):
     It moves along `direction` (a unit vector of the world) when a hand pushes its `face` with more
     than `friction * mass * 9.81`; every further newton gives 1/`viscosity` [N s/m] of speed.
     `face` [m]: how far behind its origin, against the direction, the pushed face lies. `travel`
-    is how it is wanted to move.
+    is how it is wanted to move. `felt` [m] under it lets it slide without a chatter of its corners
+    in the engine mujoco; it sinks in by a part of it.
     """
 
     at: Pose
@@ -96,6 +97,7 @@ class SliderSpec(Section):
     mass: Positive
     friction: Positive
     viscosity: Positive
+    felt: NotNegative = 0.0
     travel: TravelSpec
 
     @model_validator(mode="after")

@@ -126,7 +126,7 @@ def build_setup(scenario: schema.Scenario, robot: Robot | None = None) -> Setup:
         targets,
         handles,
         {name: np.array(spec.direction) for name, spec in scenario.world.sliders.items()},
-        _pushing(scenario),
+        pushing_hands(scenario),
         carrier,
     )
 
@@ -156,7 +156,8 @@ def _polygon(supports: list[Contact]) -> SupportPolygon | None:
     return SupportPolygon.of_points(np.vstack(corners)) if corners else None
 
 
-def _pushing(scenario: schema.Scenario) -> dict[str, tuple[str, ...]]:
+def pushing_hands(scenario: schema.Scenario) -> dict[str, tuple[str, ...]]:
+    """Return by slider the hands that push it."""
     pushes = [c for c in scenario.contacts.values() if isinstance(c, schema.PushContactSpec)]
     return {
         name: tuple(push.hand for push in pushes if push.slider == name)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from typing import Literal
 
 from equipoise.errors import InputError
 
@@ -27,12 +28,14 @@ class PushedObject:
 
     `coulomb` [N] is the force below which it does not move, `viscosity` [N s/m] what a unit of
     speed adds. The contact's normal points from the object to the hand; the object moves along
-    the negative normal, and its face with it.
+    the negative normal, and its face with it. `pad`: what the engine mujoco pushes with, a flat
+    plate or a ball.
     """
 
     contact: str
     coulomb: float
     viscosity: float
+    pad: Literal["plate", "ball"] = "plate"
 
     def __post_init__(self) -> None:
         if not (0.0 <= self.coulomb < math.inf and 0.0 < self.viscosity < math.inf):

@@ -9,6 +9,7 @@ from equipoise.physics import PhysicsState
 from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
 from equipoise.simulation.build.assemble import Assembly, Prepared, assemble
+from equipoise.simulation.build.leaning import build_leaning
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.object_log import ObjectLog
 from equipoise.simulation.recorder import Recorder
@@ -28,11 +29,16 @@ class Simulation(ControlledRun):
         self.plant, self.engine = self.assembly.plant, self.assembly.engine
         super().__init__(self.assembly, Recorder(self.assembly, self.engine.sliders))
         self.objects = ObjectLog(self.engine)
-        walk = self.assembly.walk
-        self.walk = (
-            None if walk is None else WalkDriver(walk, self.setup, self.controller, self.engine)
-        )
+        self.walk = self._walks(self.assembly)
         self._command: WholeBodyCommand | None = None
+
+    def _walks(self, assembly: Assembly) -> WalkDriver | None:
+        """Return what leads the walk, None where it stands."""
+        walk, scenario, setup = assembly.walk, assembly.scenario, assembly.setup
+        if walk is None:
+            return None
+        leaning = build_leaning(scenario, setup, assembly.levels, walk)
+        return WalkDriver(walk, setup, self.controller, self.engine, leaning)
 
     @property
     def robot_channels(self) -> list[Channel]:

@@ -9,7 +9,8 @@ from equipoise.runlog import Channel, TickRecord
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.build.walk import WalkSetup
 from equipoise.simulation.sensors import Reading
-from equipoise.walking import BalanceFeedback
+from equipoise.spatial import Array
+from equipoise.walking import BalanceFeedback, Leaning
 from equipoise.walking.feasible import zmp_at
 from equipoise.walking.feet import Stance
 from equipoise.wbc import WholeBodyController
@@ -21,7 +22,12 @@ class WalkDriver:
     """Leads the targets of a run tick by tick, and switches supports at lift and touchdown."""
 
     def __init__(
-        self, walk: WalkSetup, setup: Setup, controller: WholeBodyController, engine: PhysicsEngine
+        self,
+        walk: WalkSetup,
+        setup: Setup,
+        controller: WholeBodyController,
+        engine: PhysicsEngine,
+        leaning: Leaning | None = None,
     ) -> None:
         self.walk, self.robot = walk, setup.robot
         self.walker = walk.walker()
@@ -30,6 +36,7 @@ class WalkDriver:
         self._frames = [sole.frame for sole in walk.planner.feet.soles]
         self._carry: tuple[int, ...] = self.walker.supports
         self._seen = 0.0
+        self._leaning = leaning
         self._balance = walk.balance(controller.dt)
         self._ground = walk.planner.feet.support(self.walker.stance, self.walker.supports)
         self._known: tuple[object, ...] = (self.walker.stance, self.walker.supports)
@@ -42,6 +49,8 @@ class WalkDriver:
         self._seen = t
         loads = reading.lam[self._rows].tolist()
         carry = walker.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
+        if self._leaning is not None:
+            self._lead_aside(*self._leaning.at(t))
         if self._balance is not None:
             self._give_way(self._balance, reading)
         if carry == self._carry:
@@ -66,8 +75,13 @@ class WalkDriver:
         if balance.acts:
             balance.advance(zmp_at(walker.plan, self.walk.planner.settings, walker.clock.t),
                             self._ground)  # fmt: skip
-            aside, speed = np.array([*balance.p, 0.0]), np.array([*balance.v, 0.0])
-            self.walk.targets.centre.write_point(row[9:12] + aside, row[12:15] + speed)
+            self._lead_aside(balance.p, balance.v)
+
+    def _lead_aside(self, p: Array, v: Array) -> None:
+        """Lead the centre of mass aside of where it is wanted, by p (2,) [m] at v [m/s]."""
+        row = self.walk.targets.centre.row(0.0)
+        aside, speed = np.array([*p, 0.0]), np.array([*v, 0.0])
+        self.walk.targets.centre.write_point(row[9:12] + aside, row[12:15] + speed)
 
     def _soles(self, reading: Reading) -> Stance:
         """Return where the soles are, as measured."""

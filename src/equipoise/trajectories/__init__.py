@@ -2,6 +2,7 @@
 
 from equipoise.trajectories.attached import AttachedTrajectory
 from equipoise.trajectories.base import PoseSample, PoseTrajectory
+from equipoise.trajectories.carried import CarriedTrajectory
 from equipoise.trajectories.fade import Fade
 from equipoise.trajectories.fixed import FixedPose
 from equipoise.trajectories.live import LiveScalar, LiveTarget
@@ -14,6 +15,7 @@ from equipoise.trajectories.waypoints import Waypoint, WaypointTrajectory
 
 __all__ = [
     "AttachedTrajectory",
+    "CarriedTrajectory",
     "Fade",
     "FixedPose",
     "LiveScalar",

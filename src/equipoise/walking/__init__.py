@@ -12,6 +12,7 @@ from equipoise.walking.footsteps import (
     steps_along,
     steps_to,
 )
+from equipoise.walking.leaning import Leaning
 from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
 from equipoise.walking.settings import WalkMode, WalkSettings
 from equipoise.walking.swing import Swing, SwingShape
@@ -26,6 +27,7 @@ __all__ = [
     "BalanceSettings",
     "Feet",
     "Footstep",
+    "Leaning",
     "LedPose",
     "PlannedStep",
     "Stride",

@@ -47,9 +47,12 @@ class LedPose(PoseTrajectory):
 class WalkTargets:
     """The poses that a walk leads: both soles, the centre of mass, and frames that stay upright.
 
-    `upright` maps a frame to the pose that is led, whose axes turn with the heading.
+    `upright` maps a frame to the pose that is led, whose axes turn with the heading. `carrier` is
+    how what is carried has been displaced since the start: with the planned centre of mass, the
+    height of the ground and the heading.
     """
 
     soles: tuple[LedPose, LedPose]
     centre: LedPose
     upright: dict[str, LedPose] = field(default_factory=dict)
+    carrier: LedPose | None = None

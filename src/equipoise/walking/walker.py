@@ -17,7 +17,7 @@ from equipoise.walking.feet import LEFT, RIGHT, Stance, level_pose, with_foot, y
 from equipoise.walking.footsteps import Footstep, closing_step
 from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
 from equipoise.walking.swing import FootPath, Glide, Standing, Swing
-from equipoise.walking.targets import WalkTargets
+from equipoise.walking.targets import LedPose, WalkTargets
 
 BOTH = (LEFT, RIGHT)
 LATE = 0.01  # [s] behind its plan at which a touchdown is told to be late
@@ -111,6 +111,7 @@ class Walker:
             name: led.at(0.0).T_world_target.rotation for name, led in self.targets.upright.items()
         }
         self._last_heading = self._heading
+        self._start = self._place(self.clock.t)
         # what was written last and is still true: paths at their end, heading and its rate
         self._at_rest: list[FootPath | None] = [None, None]
         self._turned = (math.nan, math.nan)
@@ -238,6 +239,8 @@ class Walker:
         heading, spin = self.plan.heading.at(s)
         self._last_heading = heading
         turned = (heading - self._heading, rate * spin)
+        if self.targets.carrier is not None:
+            self._carry(self.targets.carrier, s, *turned)
         if turned == self._turned:
             return
         self._turned = turned
@@ -245,3 +248,18 @@ class Walker:
         turn = np.array([[c, -sn, 0.0], [sn, c, 0.0], [0.0, 0.0, 1.0]])
         for name, led in self.targets.upright.items():
             led.write_heading(turn @ self._upright[name], turned[1])
+
+    def _place(self, s: float) -> Array:
+        """Return the planned centre of mass (3,) [m] on the ground."""
+        return np.array([*self.plan.centre.at(s).p, self.plan.ground.at(s)[0]])
+
+    def _carry(self, carrier: LedPose, s: float, turn: float, spin: float) -> None:
+        """Lead what is carried from where it was at the start to where the walk is now."""
+        c, sn, rate = math.cos(turn), math.sin(turn), self.clock.rate
+        R = np.array([[c, -sn, 0.0], [sn, c, 0.0], [0.0, 0.0, 1.0]])
+        from_start = R @ self._start
+        x, y, _ = from_start
+        speed = [*self.plan.centre.at(s).v, self.plan.ground.at(s)[1]]
+        v = rate * np.array(speed) - spin * np.array([-y, x, 0.0])
+        T = pin.SE3(R, self._place(s) - from_start)
+        carrier.write(T, np.array([*v, 0.0, 0.0, spin]))

@@ -53,10 +53,14 @@ def _travel_error(context: RunContext) -> float | None:
 
 
 def _creep(context: RunContext) -> float | None:
-    """Path of a pushed object in all while its wanted push is below 95 % of the Coulomb force."""
+    """Path of a pushed object in all while its wanted push is below 95 % of the Coulomb force.
+
+    Each hand is wanted to push with its share.
+    """
     paths = []
     for name, spec, slider in context.pushes():
-        below = context.run[f"lam_ref/{name}"][:, 0] < 0.95 * slider.coulomb
+        share = slider.coulomb / len(context.setup.pushing[spec.slider])
+        below = context.run[f"lam_ref/{name}"][:, 0] < 0.95 * share
         steps = np.abs(np.diff(context.run[f"slider/{spec.slider}"][:, 0]))
         paths.append(float(steps[below[1:] & below[:-1]].sum()))
     return max(paths, default=None)

@@ -5,7 +5,7 @@ A pad has no mass, so what the sensor between it and its link reads is what the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -118,14 +118,14 @@ def add_pads(
     spec: Any,
     contacts: ContactStack,
     pads: dict[int, Any],
-    pushing: set[str],
+    pushing: Mapping[str, str],
     start: Kinematics,
     options: MujocoOptions,
 ) -> None:
     """Give each contact its pad, and each smooth surface that is slid on its body.
 
-    `pushing` names the surface contacts whose surface is the face of a loose object; `start` is
-    the kinematics of the first state.
+    `pushing` names the surface contacts whose surface is the face of a loose object, with the pad
+    that pushes it, plate or ball; `start` is the kinematics of the first state.
     """
     robot = start.robot
     for contact in contacts.contacts:
@@ -133,6 +133,9 @@ def add_pads(
             _add_sole(mujoco, pads[frames_of(robot, contact)[0]], contact, options)
         elif isinstance(contact, PointContact):
             _add_foot(mujoco, pads[frames_of(robot, contact)[0]], contact, start, options)
+        elif isinstance(contact, SurfaceContact) and pushing.get(contact.name) == "ball":
+            geom = _add_ball(mujoco, pads[frames_of(robot, contact)[0]], contact, start, options)
+            geom.contype, geom.conaffinity = LINK_BIT, 0  # as a plate: it meets loose objects
         elif isinstance(contact, SurfaceContact) and contact.name in pushing:
             add_plate(
                 mujoco,
@@ -214,7 +217,7 @@ def _add_ball(
     contact: SurfaceContact,
     start: Kinematics,
     options: MujocoOptions,
-) -> None:
+) -> Any:
     R = start.placement(contact.frame).rotation
     outward = -R.T @ contact.normal(start)
     geom = pad.add_geom(
@@ -226,6 +229,7 @@ def _add_ball(
         conaffinity=SURFACE_BIT,
     )
     _finish(mujoco, geom, options.hand_friction, options)
+    return geom
 
 
 def _add_surface(mujoco: ModuleType, world: Any, contact: SurfaceContact) -> None:

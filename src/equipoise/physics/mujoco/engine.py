@@ -75,7 +75,7 @@ class MujocoEngine:
             self.surroundings,
             self.options,
             self.h,
-            {slider.contact for slider in self._pushed},
+            {slider.contact: slider.pad for slider in self._pushed},
         )
         self.simulated = self.mujoco.MjData(self.model.compiled)
         self._health = HealthCheck(self.mujoco, self.simulated)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -48,7 +49,7 @@ def build_model(
     surroundings: Surroundings,
     options: MujocoOptions,
     step: float,
-    pushing: set[str],
+    pushing: Mapping[str, str],
 ) -> MujocoModel:
     """Return the model; `step` [s] is the physics step, `start` the kinematics of the first state.
 

@@ -24,7 +24,6 @@ from equipoise.physics.mujoco.robot_model import (
 )
 from equipoise.robots import Robot
 
-
 def add_fixed(mujoco: ModuleType, spec: Any, body: Body) -> None:
     """Add a body that never moves."""
     for k, shape in enumerate(body.shapes):
@@ -54,6 +53,8 @@ def add_loose(
         geom.contype, geom.conaffinity = OBJECT_BIT, WORLD_BIT | OBJECT_BIT | LINK_BIT
         geom.friction = [loose.friction, 0.0, 0.0]
         geom.priority = 1
+        if loose.felt > 0.0:
+            geom.solimp = [0.0, 0.95, loose.felt, 0.5, 2.0]
     for k, (frame, T_object_frame) in enumerate(loose.handles):
         frame_id = robot.frame_id(frame)
         if frame_id not in pads:

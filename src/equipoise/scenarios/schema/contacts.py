@@ -129,8 +129,10 @@ class PushContactSpec(Section):
     """One row from `start` to `end`: a point of a hand pushes the face of a slider.
 
     `force`: the wanted normal force without the part that the slider's viscosity asks for on its
-    wanted travel, which is added. `ramp`: how long before `start` the motion is led into the
-    contact, and how long after `end` out of it; 0 switches it.
+    wanted travel, which is added, in equal shares to all hands that push it. `ramp`: how long
+    before `start` the motion is led into the contact, and how long after `end` out of it; 0
+    switches it. `pad`: what the engine mujoco gives the hand to push with, a flat plate across the
+    z axis of its frame or a ball with the point on its skin.
     """
 
     kind: Literal["push"]
@@ -141,6 +143,7 @@ class PushContactSpec(Section):
     end: NotNegative
     ramp: NotNegative = 0.0
     force: PushingProfile
+    pad: Literal["plate", "ball"] = "plate"
 
     @model_validator(mode="after")
     def _ordered(self) -> PushContactSpec:

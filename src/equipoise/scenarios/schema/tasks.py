@@ -39,8 +39,18 @@ class HoldFrameSpec(TaskBase):
     rate: Positive = 10.0
 
 
-class FramePathSpec(TaskBase):
-    """A frame follows waypoints of its own; with `travel_of` it also goes along with a slider.
+class AlongSpec(TaskBase):
+    """A frame whose waypoints may go along: with a slider, `travel_of`, or with a walk, `carried`.
+
+    What is carried is where the frame would be if the robot still stood where it began.
+    """
+
+    travel_of: str | None = None
+    carried: bool = False
+
+
+class FramePathSpec(AlongSpec):
+    """A frame follows waypoints of its own, which may go along with a slider or a walk.
 
     `speed` [m/s], `acceleration` [m/s^2], `turn` [rad/s] and `turn_acceleration` [rad/s^2] bound
     the way: legs that are faster take longer, and it is told. `pull` [m/s] and `pull_turn` [rad/s]
@@ -52,7 +62,6 @@ class FramePathSpec(TaskBase):
     kind: Literal["frame_path", "frame_way"]
     frame: str
     waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
-    travel_of: str | None = None
     rate: Positive = 10.0
     speed: Positive | None = None
     acceleration: Positive | None = None
@@ -165,10 +174,10 @@ class PostureSpec(TaskBase):
     rate: Positive = 1.0
 
 
-class FrameAxesSpec(TaskBase):
+class FrameAxesSpec(AlongSpec):
     """Chosen axes of a frame follow waypoints: position only unless rx, ry, rz are among `axes`.
 
-    The axes are those of the waypoint; `offset` in the frame is the point that goes there.
+    Waypoints may go along with a slider or a walk. The axes are those of the waypoint; `offset` in the frame is the point that goes there.
     """
 
     kind: Literal["frame_axes"]

@@ -98,7 +98,8 @@ class WalkSpec(Section):
     the soles the planned zero-moment point has to be. `legs`: whether the centre of mass makes room
     for what a swinging leg weighs, by the nominal masses (`massless`: it does not). `stop` [s]:
     when it is told to stop. `balance`: how the centre of mass gives way to pushes; left out, it
-    does not. With `steps: []` it stands.
+    does not. `lean`: whether the centre of mass leans into what hands are wanted to push with.
+    With `steps: []` it stands.
 
     The feet have level 0, the centre of mass `priority`, and the trunk, which stays upright and
     turns with the feet, `trunk_priority`.
@@ -116,6 +117,7 @@ class WalkSpec(Section):
     legs: Literal["massless", "nominal"] = "nominal"
     stop: Positive | None = None
     balance: BalanceSpec | None = None
+    lean: bool = True
     priority: Annotated[int, Field(ge=1, le=20)] = 2
     trunk_priority: Annotated[int, Field(ge=1, le=20)] = 3
     foot_rate: Positive = 20.0

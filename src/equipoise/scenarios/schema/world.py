@@ -46,7 +46,9 @@ class HeldObject(Section):
     `handles`: where each palm frame holds it, in the axes of the object. The shapes are attached
     to the first handle. The engine rigid takes it as massless; in the engine mujoco it is a free
     body of `mass` [kg], with `friction` on what it lies on, held by `grip`: `rigid` (the hands are
-    welded to it until the grasp ends) or `friction` (only pressed between two plates).
+    welded to it until the grasp ends) or `friction` (only pressed between two plates). `carried`:
+    the waypoints go along with a robot that walks; they say where the object would be if the robot
+    still stood where it began.
     """
 
     mass: Positive = 0.5
@@ -56,6 +58,7 @@ class HeldObject(Section):
     shapes: Annotated[list[ShapeSpec], Field(min_length=1)]
     handles: Annotated[dict[str, Pose], Field(min_length=1)]
     waypoints: Annotated[list[WaypointSpec], Field(min_length=1)]
+    carried: bool = False
 
     @model_validator(mode="after")
     def _times_increase(self) -> HeldObject:
@@ -83,7 +86,8 @@ class SliderSpec(Section):
     It moves along `direction` (a unit vector of the world) when a hand pushes its `face` with more
     than `friction * mass * 9.81`; every further newton gives 1/`viscosity` [N s/m] of speed.
     `face` [m]: how far behind its origin, against the direction, the pushed face lies. `travel`
-    is how it is wanted to move.
+    is how it is wanted to move. `felt` [m] under it lets it slide without a chatter of its corners
+    in the engine mujoco; it sinks in by a part of it.
     """
 
     at: Pose
@@ -93,6 +97,7 @@ class SliderSpec(Section):
     mass: Positive
     friction: Positive
     viscosity: Positive
+    felt: NotNegative = 0.0
     travel: TravelSpec
 
     @model_validator(mode="after")

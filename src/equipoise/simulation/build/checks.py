@@ -18,12 +18,13 @@ from equipoise.spatial import Array
 def check_waypoints(scenario: schema.Scenario, setup: Setup) -> None:
     """Refuse a waypoint at which a held object would stick in a fixed body.
 
+    Where an object is that a walk carries along, only the walk knows.
     Raises: `ScenarioError` with the path of the waypoint and the body.
     """
     bodies = {body.name: body for body in setup.scene.bodies}
     fixed = [b for b in bodies.values() if b.frame is None and b.name not in setup.sliders]
     for name, spec in scenario.world.objects.items():
-        for i, waypoint in enumerate(spec.waypoints):
+        for i, waypoint in enumerate(() if spec.carried else spec.waypoints):
             for body in fixed:
                 depth = -_distance(bodies[name], to_pose(waypoint), body)
                 if depth > 0.0:

@@ -46,6 +46,7 @@ def make_engine(scenario: schema.Scenario, setup: Setup, q_start: Array) -> Phys
         joint_damping=physics.joint_damping,
     )
     pushed, one_sided = plant_objects(scenario), one_sided_surfaces(scenario)
+    _require_one_hand(scenario, setup, kind)
     if kind == "bilateral":
         return RigidContactEngine(*given, options=options, pushed=pushed, one_sided=one_sided)
     if one_sided:
@@ -55,6 +56,19 @@ def make_engine(scenario: schema.Scenario, setup: Setup, q_start: Array) -> Phys
             remedy="Use the engine mujoco, or physics.contacts: bilateral",
         )
     return UnilateralContactEngine(*given, options=options, pushed=pushed)
+
+
+def _require_one_hand(scenario: schema.Scenario, setup: Setup, kind: str) -> None:
+    """Refuse sliders that the rigid engine does not have. Raises: `ScenarioError`."""
+    for name, hands in setup.pushing.items():
+        if kind == "unilateral" or len(hands) > 1:
+            why = "by several hands" if len(hands) > 1 else "by a robot whose feet lift"
+            raise ScenarioError(
+                f"the engine rigid knows no object that is pushed {why}",
+                path=f"world.sliders.{name}",
+                given=list(hands),
+                remedy="Use the engine mujoco",
+            )
 
 
 def _mujoco(scenario: schema.Scenario, setup: Setup, q_start: Array) -> MujocoEngine:
@@ -91,6 +105,7 @@ def _surroundings(scenario: schema.Scenario, setup: Setup, q_start: Array) -> Su
                 spec.friction,
                 bodies[name].T_parent_body,
                 viscosity=spec.viscosity,
+                felt=spec.felt,
             )
         )
     return Surroundings(

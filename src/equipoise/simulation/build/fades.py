@@ -29,16 +29,19 @@ def contact_tasks(scenario: schema.Scenario, setup: Setup) -> list[Task]:
     """Return the tasks of level 0: one of contacts that hold or are switched, one for each ramp.
 
     A contact is faded in before it holds and out when it holds no more: while it holds, the
-    velocity never violates it.
+    velocity never violates it. Where the robot walks, its feet have tasks of their own.
     """
     ramped, rate = _ramped(scenario), scenario.control.contact_rate
     schedule = setup.reference_schedule
-    if not ramped:
+    if not ramped and scenario.walk is None:
         return [ContactTask("contacts", schedule, rate=rate)]
-    kept = [contact for contact in schedule.contacts if contact.name not in ramped]
-    windows = {contact.name: schedule.windows[contact.name] for contact in kept}
-    tasks: list[Task] = [ContactTask("contacts", ContactSchedule(kept, windows), rate=rate)]
-    for contact in schedule.contacts:
+    held = [c for c in schedule.contacts if scenario.walk is None or not c.supporting]
+    kept = [contact for contact in held if contact.name not in ramped]
+    tasks: list[Task] = []
+    if kept:
+        windows = {contact.name: schedule.windows[contact.name] for contact in kept}
+        tasks.append(ContactTask("contacts", ContactSchedule(kept, windows), rate=rate))
+    for contact in held:
         if contact.name in ramped:
             alone = ContactSchedule([contact], {})
             tasks.append(ContactTask(_rows_of(contact.name), alone, rate=rate))

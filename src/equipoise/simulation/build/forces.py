@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from equipoise.scenarios import schema
-from equipoise.simulation.build.setup import travel_of
+from equipoise.simulation.build.setup import pushing_hands, travel_of
 from equipoise.trajectories import Profile, PushingForce, ScalarTrajectory
 
 
@@ -25,4 +25,5 @@ def wanted_forces(scenario: schema.Scenario) -> dict[str, list[ScalarTrajectory]
 def _pushing_force(spec: schema.PushContactSpec, scenario: schema.Scenario) -> PushingForce:
     slider = scenario.world.sliders[spec.slider]
     force = Profile.of(spec.force.times, spec.force.values)
-    return PushingForce(force, slider.viscosity, travel_of(slider))
+    hands = len(pushing_hands(scenario)[spec.slider])
+    return PushingForce(force, slider.viscosity / hands, travel_of(slider))

@@ -16,8 +16,14 @@ from equipoise.motion import advise_accelerations
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.simulation.build.fades import build_fades, contact_tasks
-from equipoise.simulation.build.setup import Setup, check_handle, check_target, to_waypoints
-from equipoise.simulation.build.walk import WalkSetup, other_contacts
+from equipoise.simulation.build.setup import (
+    Setup,
+    carried_by,
+    check_handle,
+    check_target,
+    to_waypoints,
+)
+from equipoise.simulation.build.walk import WalkSetup
 from equipoise.spatial import pose
 from equipoise.tasks import (
     AvoidanceTask,
@@ -61,9 +67,10 @@ def build_levels(
     Where the robot walks, level 0 has the tasks of its feet in place of their contacts.
     """
     tasks = {name: _build(name, spec, scenario, setup) for name, spec in _enabled(scenario)}
+    contacts = contact_tasks(scenario, setup)
     if walk is None:
-        return _by_priority(scenario, contact_tasks(scenario, setup), tasks)
-    first = [*walk.feet_tasks(), *other_contacts(scenario, setup)]
+        return _by_priority(scenario, contacts, tasks)
+    first = [*walk.feet_tasks(), *contacts]
     return _by_priority(scenario, first, tasks, _of_walk(walk, walk.com_task()))
 
 
@@ -150,12 +157,7 @@ def _frame_path(
     name: str, spec: schema.FramePathSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
     frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
-    path: PoseTrajectory = WaypointTrajectory(slowed_way(spec)[0])
-    if spec.travel_of is not None:
-        check_target(setup, spec.travel_of, f"tasks.{name}.travel_of")
-        target = setup.targets[spec.travel_of]
-        if isinstance(target, TravelTrajectory):
-            path = replace(target, body=path)
+    path = _along(name, spec, WaypointTrajectory(slowed_way(spec)[0]), setup)
     return FramePoseTask(
         name,
         frame,
@@ -166,6 +168,20 @@ def _frame_path(
         damping=spec.damping,
         robot=setup.robot,
     )
+
+
+def _along(
+    name: str, spec: schema.AlongSpec, path: PoseTrajectory, setup: Setup
+) -> PoseTrajectory:
+    """Return a path that goes along with the slider or the walk that the task names."""
+    if spec.travel_of is not None:
+        check_target(setup, spec.travel_of, f"tasks.{name}.travel_of")
+        target = setup.targets[spec.travel_of]
+        if isinstance(target, TravelTrajectory):
+            path = replace(target, body=path)
+    if spec.carried:
+        path = carried_by(setup.carrier, path, f"tasks.{name}.carried")
+    return path
 
 
 def slowed_way(spec: schema.FramePathSpec) -> tuple[tuple[Waypoint, ...], tuple[SlowedLeg, ...]]:
@@ -337,7 +353,7 @@ def _frame_axes(
     name: str, spec: schema.FrameAxesSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
     frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
-    path = to_waypoints(spec.waypoints)
+    path = _along(name, spec, to_waypoints(spec.waypoints), setup)
     return FrameAxesTask(name, frame, path, axes=spec.axes, offset=spec.offset, rate=spec.rate)
 
 

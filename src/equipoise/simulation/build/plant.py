@@ -104,7 +104,7 @@ def plant_objects(scenario: schema.Scenario) -> list[PushedObject]:
     """Return the objects behind the pushing contacts."""
     sliders = scenario.world.sliders
     return [
-        PushedObject(name, sliders[spec.slider].coulomb, sliders[spec.slider].viscosity)
+        PushedObject(name, sliders[spec.slider].coulomb, sliders[spec.slider].viscosity, spec.pad)
         for name, spec in scenario.contacts.items()
         if isinstance(spec, schema.PushContactSpec)
     ]

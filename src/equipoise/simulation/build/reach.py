@@ -91,7 +91,8 @@ def _held(assembly: Controls, t: float) -> list[list[Task]]:
     for level in assembly.levels[1:]:
         held: list[Task] = []
         for task in level:
-            window = scenario.tasks[task.name].window
+            spec = scenario.tasks.get(task.name)  # None: one of the walk, which begins there
+            window = None if spec is None else spec.window
             if window is not None and not window[0] <= t <= window[1]:
                 continue
             if isinstance(task, FramePoseTask):

@@ -26,6 +26,7 @@ from equipoise.simulation.build.contacts import ContactMaker
 from equipoise.spatial import Array
 from equipoise.trajectories import (
     AttachedTrajectory,
+    CarriedTrajectory,
     FixedPose,
     PoseTrajectory,
     Travel,
@@ -33,6 +34,7 @@ from equipoise.trajectories import (
     Waypoint,
     WaypointTrajectory,
 )
+from equipoise.walking import LedPose
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,9 @@ class Setup:
     `contacts` is every contact that ever holds, `schedule` which of them hold when, and
     `reference_schedule` the same for the reference, whose pushed objects move as wanted.
     `targets` are the wanted ways of objects and sliders; `sliders` are unit vectors (3,) along
-    which sliders go, `pushing` the hands that push each of them. Nothing carries a robot whose
-    base is fixed: it has no `soles` and no `polygon`.
+    which sliders go, `pushing` the hands that push each of them. `carrier` is how a walk displaces
+    what it carries along, None where the robot stands. Nothing carries a robot whose base is fixed:
+    it has no `soles` and no `polygon`.
     """
 
     robot: Robot
@@ -57,6 +60,7 @@ class Setup:
     handles: dict[tuple[str, str], pin.SE3]
     sliders: dict[str, Array]
     pushing: dict[str, tuple[str, ...]]
+    carrier: LedPose | None = None
 
     def scene_with(self, travels: Mapping[str, float]) -> Scene:
         """Return the scene with each slider moved on by its travel [m]."""
@@ -82,7 +86,8 @@ def build_setup(scenario: schema.Scenario, robot: Robot | None = None) -> Setup:
     Raises: `ScenarioError` naming the path of a wrong name.
     """
     robot = robot or get_robot(scenario.robot)
-    targets = _targets(scenario)
+    carrier = None if scenario.walk is None else LedPose(pin.SE3.Identity())
+    targets = _targets(scenario, carrier)
     handles = {
         (name, hand): to_pose(spec)
         for name, obj in scenario.world.objects.items()
@@ -121,7 +126,8 @@ def build_setup(scenario: schema.Scenario, robot: Robot | None = None) -> Setup:
         targets,
         handles,
         {name: np.array(spec.direction) for name, spec in scenario.world.sliders.items()},
-        _pushing(scenario),
+        pushing_hands(scenario),
+        carrier,
     )
 
 
@@ -150,7 +156,8 @@ def _polygon(supports: list[Contact]) -> SupportPolygon | None:
     return SupportPolygon.of_points(np.vstack(corners)) if corners else None
 
 
-def _pushing(scenario: schema.Scenario) -> dict[str, tuple[str, ...]]:
+def pushing_hands(scenario: schema.Scenario) -> dict[str, tuple[str, ...]]:
+    """Return by slider the hands that push it."""
     pushes = [c for c in scenario.contacts.values() if isinstance(c, schema.PushContactSpec)]
     return {
         name: tuple(push.hand for push in pushes if push.slider == name)
@@ -188,10 +195,24 @@ def travel_of(slider: schema.SliderSpec) -> Travel:
     return Travel(slider.travel.start, slider.travel.end, slider.travel.distance)
 
 
-def _targets(scenario: schema.Scenario) -> dict[str, PoseTrajectory]:
+def carried_by(carrier: LedPose | None, path: PoseTrajectory, where: str) -> CarriedTrajectory:
+    """Return the path as it goes along with a walk. Raises: `ScenarioError` where there is none."""
+    if carrier is None:
+        raise ScenarioError(
+            "only a robot that walks carries something along",
+            path=where,
+            remedy="Leave carried out, or add a section walk",
+        )
+    return CarriedTrajectory(carrier, path)
+
+
+def _targets(scenario: schema.Scenario, carrier: LedPose | None) -> dict[str, PoseTrajectory]:
     targets: dict[str, PoseTrajectory] = {}
     for name, obj in scenario.world.objects.items():
         targets[name] = to_waypoints(obj.waypoints)
+        if obj.carried:
+            path = f"world.objects.{name}.carried"
+            targets[name] = carried_by(carrier, targets[name], path)
     for name, slider in scenario.world.sliders.items():
         targets[name] = TravelTrajectory(
             FixedPose(to_pose(slider.at)), np.array(slider.direction), travel_of(slider)

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import ContactSchedule, SoleContact
+from equipoise.contacts import SoleContact
 from equipoise.errors import InputError, ScenarioError
 from equipoise.robots import Robot
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, to_vector
 from equipoise.simulation.build.setup import Setup
-from equipoise.tasks import ComTask, ContactTask, FrameAxesTask, FramePoseTask, Task
+from equipoise.tasks import ComTask, FrameAxesTask, FramePoseTask, Task
 from equipoise.trajectories import Waypoint, WaypointTrajectory
 from equipoise.walking import (
     LEFT,
@@ -145,6 +145,7 @@ def build_walk(scenario: schema.Scenario, setup: Setup) -> WalkSetup | None:
         (LedPose(stance[LEFT]), LedPose(stance[RIGHT])),
         LedPose(centre),
         {frame: LedPose(kin.placement(frame)) for frame in _trunk(robot)},
+        setup.carrier,
     )
     return WalkSetup(spec, planner, plan, targets, (left.name, right.name), robot.mass * GRAVITY)
 
@@ -178,17 +179,6 @@ def footsteps(spec: schema.WalkSpec, feet: Feet, stance: Stance) -> list[Footste
         Footstep(FEET[one.foot], level_pose(*to_vector(one.xyz), one.yaw))
         for one in spec.steps or ()
     ]
-
-
-def other_contacts(scenario: schema.Scenario, setup: Setup) -> list[Task]:
-    """Return the task of level 0 that holds what is no foot, if there is something."""
-    schedule = setup.reference_schedule
-    kept = [contact for contact in schedule.contacts if not contact.supporting]
-    if not kept:
-        return []
-    windows = {name: schedule.windows[name] for name in (contact.name for contact in kept)}
-    rest = ContactSchedule(kept, windows)
-    return [ContactTask("contacts", rest, rate=scenario.control.contact_rate)]
 
 
 def _trunk(robot: Robot) -> list[str]:

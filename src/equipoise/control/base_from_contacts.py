@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.contacts import ContactStack
+from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
@@ -26,6 +27,7 @@ class BaseFromContacts:
     def __init__(self, robot: Robot, dt: float, filter_time: float) -> None:
         self.robot = robot
         self.gain = 1.0 if filter_time <= 0.0 else float(-np.expm1(-dt / filter_time))
+        self._kinematics = KinematicsEvaluator(robot)
         self._from: Array | None = None  # the last configuration that was known whole
         self._moved, self._v = np.zeros(robot.nv_base), np.zeros(robot.nv_base)
 
@@ -44,7 +46,7 @@ class BaseFromContacts:
         if self._from is None:
             self._from = last.copy()
             self._moved[:] = self._v[:] = 0.0
-        found = base_from_contacts(robot, contacts, self._from, q, v)
+        found = base_from_contacts(self._kinematics, contacts, self._from, q, v)
         if found is None:
             return None
         apart = pin.difference(robot.model, self._from, found[0])[:base]
@@ -70,7 +72,7 @@ class BaseFromContacts:
 
 
 def base_from_contacts(
-    robot: Robot, contacts: ContactStack, last: Array, q: Array, v: Array
+    kinematics: KinematicsEvaluator, contacts: ContactStack, last: Array, q: Array, v: Array
 ) -> tuple[Array, Array] | None:
     """Return q (nq,) and v (nv,) whose base keeps the supporting contacts as they were in `last`.
 
@@ -78,24 +80,25 @@ def base_from_contacts(
     their base is not read. None if the contacts do not hold the base in all directions. Least
     squares over all supporting rows, so that one sole of two that slips moves the base by half.
     """
+    robot = kinematics.robot
     standing = ContactStack([c for c in contacts.contacts if c.supporting])
     base, nq = robot.nv_base, robot.nq_base
     if base == 0:
         return q, v
     if not standing.size:
         return None
-    kept = standing.residual(robot.at(last))
+    kept = standing.residual(kinematics.at(last))
     found, rates = q.copy(), v.copy()
     found[:nq], rates[:base] = last[:nq], 0.0
     for _ in range(STEPS):
-        kin = robot.at(found, rates)
+        kin = kinematics.at(found, rates)
         J = standing.jacobian(kin)
         if np.linalg.matrix_rank(J[:, :base], tol=1e-6) < base:
             return None
         step = np.zeros(robot.nv)
         step[:base] = np.linalg.lstsq(J[:, :base], kept - standing.residual(kin), rcond=None)[0]
         found = pin.integrate(robot.model, found, step)
-    kin = robot.at(found, rates)
+    kin = kinematics.at(found, rates)
     J, wanted = standing.jacobian(kin), standing.rate(kin)
     rates[:base] = np.linalg.lstsq(J[:, :base], wanted - J[:, base:] @ rates[base:], rcond=None)[0]
     return found, rates

@@ -63,10 +63,26 @@ class KinematicsMemory:
         self.stamp = 0
         self.state = list(workspace.parts.values())[number]
         self.entrance = (workspace.floats, workspace.integers, workspace.tables, number)
+        self._with_frames: dict[tuple[int, ...], Workspace] = {}
 
     def with_frames(self, frames: Sequence[str | int]) -> Workspace:
-        """Return a workspace of its own: this tree with these frames, this state with motion."""
-        model, ids = self.robot.model, [self.robot.frame_id(frame) for frame in frames]
+        """Return a workspace of its own: this tree with these frames, this state with motion.
+
+        It holds this state until the next call with the same frames.
+        """
+        ids = tuple(self.robot.frame_id(frame) for frame in frames)
+        workspace = self._with_frames.get(ids)
+        if workspace is None:
+            workspace = self._with_frames[ids] = self._made(ids)
+        for name in ("q", "v", "joints", "columns"):
+            getattr(workspace.state, name)[...] = getattr(self.state, name)
+        blocks = workspace.floats, workspace.integers, workspace.tables
+        evaluate_more(*blocks, 1, WITH_FRAMES | WITH_MOTION | WITH_COM)
+        return workspace
+
+    def _made(self, ids: Sequence[int]) -> Workspace:
+        """Return a workspace with this tree and these frames, without a state."""
+        model = self.robot.model
         tree = next(iter(self.workspace.parts.values()))
         shapes = {
             "tree": tree_shapes(model.njoints, len(tree.chain), len(ids)),
@@ -77,10 +93,6 @@ class KinematicsMemory:
             if not name.startswith("frame"):
                 getattr(workspace.tree, name)[...] = getattr(tree, name)
         fill_frames(workspace.tree, model, ids)
-        for name in ("q", "v", "joints", "columns"):
-            getattr(workspace.state, name)[...] = getattr(self.state, name)
-        blocks = workspace.floats, workspace.integers, workspace.tables
-        evaluate_more(*blocks, 1, WITH_FRAMES | WITH_MOTION | WITH_COM)
         return workspace
 
 
@@ -152,7 +164,10 @@ class Kinematics:
         return self._memory
 
     def with_frames(self, frames: Sequence[str | int]) -> Workspace:
-        """Return a workspace of its own with these frames placed: what kernels are called with."""
+        """Return a workspace with these frames placed: what kernels are called with.
+
+        It holds this state until the next call with the same frames and the same memory.
+        """
         return self.memory.with_frames(frames)
 
     @property

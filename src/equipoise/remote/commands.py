@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from equipoise.errors import InputError
 from equipoise.estimation import EstimatingRobot
+from equipoise.physics import DivergedError
 from equipoise.remote.drive import RemoteRun
 from equipoise.remote.far_end import FarEnd, FarEndSettings
-from equipoise.remote.realtime import Ticker, claim_machine
+from equipoise.remote.realtime import Ticker, claim_machine, release_machine
 from equipoise.remote.truth import Truth
 from equipoise.robots import Robot
 from equipoise.scenarios import Scenario
@@ -20,7 +24,13 @@ from equipoise.simulation.build.setup import build_setup
 from equipoise.simulation.simulated_robot import SimulatedRobot
 from equipoise.wire.client import UdpRobot
 from equipoise.wire.datagrams import LOCAL, PORT, Address, UdpSocket, own_side, resolved
-from equipoise.wire.interface import RobotInterface, RobotMode, RobotServer
+from equipoise.wire.interface import (
+    CommandMode,
+    RobotCommand,
+    RobotInterface,
+    RobotMode,
+    RobotServer,
+)
 from equipoise.wire.model import WireModel
 from equipoise.wire.packets import Codec, Fault
 from equipoise.wire.server import UdpServer
@@ -112,6 +122,7 @@ def control_robot(scenario: Scenario, options: WireOptions, say: Say) -> RemoteR
         if not options.lockstep:
             for sentence in claim_machine():
                 say(sentence)
+            run.released = release_machine
     except BaseException:
         run.close()
         raise
@@ -127,6 +138,8 @@ def serve_plant(
     Raises: `InputError`, `ScenarioError`.
     """
     robot = make_robot(scenario)
+    if not options.lockstep:
+        _warm_up(make_robot(scenario))
     contacts, period = robot.plant.contacts, scenario.control.period
     model = WireModel.of(robot.plant.robot, contacts, period, lockstep=options.lockstep)
     settings, states = FarEndSettings(options.lockstep), Truth(robot)
@@ -148,6 +161,16 @@ def serve_plant(
             states.save(truth)
         server.close()
     return far_end
+
+
+def _warm_up(robot: SimulatedRobot) -> None:
+    """Let a robot that nobody needs go through all that a period may need: kernels are loaded."""
+    tau = np.zeros(robot.plant.robot.na)
+    for mode in (CommandMode.TORQUE, CommandMode.HOLD):
+        for _ in range(3):
+            robot.read(0.0)
+            with suppress(DivergedError):  # without a torque it falls: no matter
+                robot.write(RobotCommand(robot.t, mode, tau))
 
 
 def _note_nothing() -> None:
@@ -174,6 +197,7 @@ def _serve_in_time(far_end: FarEnd, period: float, say: Say, note: Callable[[], 
         note()
         far_end.tick()
     gc.unfreeze()
+    release_machine()
     say(ticker.lateness.sentence(period))
 
 

@@ -78,6 +78,7 @@ class RemoteRun(ControlledRun):
         self._first: RobotState | None = None
         self._nothing = [np.full(n, np.nan) for n in (self.robot.nq, self.robot.nv, contacts.size)]
         self._told: list[str] = []
+        self.released: Callable[[], None] = _release_nothing  # is called when the robot was let go
 
     @property
     def robot_channels(self) -> list[Channel]:
@@ -134,6 +135,7 @@ class RemoteRun(ControlledRun):
     def close(self) -> None:
         """Let go of the robot, which then holds its posture by itself."""
         self.link.close()
+        self.released()
 
     def ticks(self, record: TickRecord | None = None) -> Iterator[tuple[float, TickRecord]]:
         """Run; yield time and record of each tick. `lam` acts during the tick.
@@ -237,3 +239,7 @@ class RemoteRun(ControlledRun):
         if self.operator_port is not None:
             self.operator_port.after_tick(t, record)
         return t, record
+
+
+def _release_nothing() -> None:
+    pass

@@ -77,7 +77,8 @@ class RealTime:
     """The robot's time runs: a tick is due when its state comes, or a little after its time.
 
     Its time is that of the last state that came in time, and whole periods since. A state that
-    comes after its tick is given to the next one: it is late, and better than none.
+    comes after its tick is given to the next one: it is late, and better than none. A robot whose
+    time is behind is waited for, a period more with every tick that gets a late state.
     """
 
     def __init__(self, robot: RobotInterface, dt: float, clock: Clock = monotonic) -> None:
@@ -106,6 +107,8 @@ class RealTime:
         if now - self._heard >= LOST:
             raise RobotLostError(f"The robot has said nothing for {now - self._heard:.1f} s.")
         self.missed += 1
+        if late is not None:
+            self._origin += self._dt
         return Due(tick + 1, late)
 
     def _in_time(self, due: Due, before: int) -> Due:

@@ -16,6 +16,7 @@ from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
 from equipoise.wire.end import AT_ONCE
 from equipoise.wire.interface import (
+    ROBOT_MODES,
     CommandMode,
     RobotCommand,
     RobotMode,
@@ -88,6 +89,9 @@ class UnitreeRobot:
         tau = motors["tau_est"][places].astype(float)
         w, x, y, z = (float(one) for one in imu["quat_wxyz"])
         unit = np.concatenate(((x, y, z, w), imu["gyroscope"], imu["accelerometer"]))
+        said = int(fields["reserve"][0])  # by a simulated robot: what it does
+        if said - 1 not in ROBOT_MODES and said:
+            return Fault.VALUES
         if not all((np.abs(part) <= LARGEST).all() for part in (*joints, tau, unit)):
             return Fault.VALUES
         self._writer, self._last_tick = writer, tick
@@ -95,13 +99,18 @@ class UnitreeRobot:
             self._first_tick, self._message.fields["mode_machine"] = tick, fields["mode_machine"]
         self._sequence += 1
         self._posture = joints[0]
-        return self._state((tick - self._first_tick) * TICK, joints, tau, unit)
+        mode = RobotMode.DRIVEN if self._commands else RobotMode.WAITING
+        if said:
+            mode = RobotMode(said - 1)
+        return self._state(tick, mode, joints, tau, unit)
 
-    def _state(self, t: float, joints: tuple[Array, Array], tau: Array, unit: Array) -> RobotState:
+    def _state(
+        self, tick: int, mode: RobotMode, joints: tuple[Array, Array], tau: Array, unit: Array
+    ) -> RobotState:
+        t = (tick - self._first_tick) * TICK
         q = np.concatenate((np.full(self.robot.nq_base, np.nan), joints[0]))
         v = np.concatenate((np.full(self.robot.nv_base, np.nan), joints[1]))
         lam = np.full(self._rows, np.nan)
-        mode = RobotMode.DRIVEN if self._commands else RobotMode.WAITING
         stamps = self._stamps.note(t, q, v, lam)
         return RobotState(self._sequence, t, mode, stamps, q, v, lam, tau, unit)
 

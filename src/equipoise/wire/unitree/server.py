@@ -88,7 +88,7 @@ class UnitreeServer:
         robot, fields, places = self.robot, self._message.fields, self._motors.places
         motors, imu = fields["motor_state"], fields["imu_state"]
         self._sent[0], self._sent[1] = state.q[robot.nq_base :], state.v[robot.nv_base :]
-        fields["tick"] = round(state.t / TICK)
+        fields["tick"], fields["reserve"][0] = round(state.t / TICK), state.mode + 1
         motors["q"][places], motors["dq"][places] = self._sent
         motors["tau_est"][places] = state.tau
         x, y, z, w = state.imu[:4]

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -402,14 +402,35 @@ def view(
 @click.argument("robot", default="hrp2", metavar="[ROBOT]")
 @page_options
 @click.option("--no-browser", is_flag=True, help="Open no browser.")
-def play(robot: str, address: tuple[str, int | None], no_browser: bool) -> None:
+@click.option(
+    "--physics",
+    type=click.Choice(["rigid", "mujoco"]),
+    help="The engine that moves the robot: mujoco where it is installed.",
+)
+@click.option("--reference-only", is_flag=True, help="Move the reference: no law, no engine.")
+def play(
+    robot: str,
+    address: tuple[str, int | None],
+    no_browser: bool,
+    physics: Literal["rigid", "mujoco"] | None,
+    reference_only: bool,
+) -> None:
     """Drag the hands of ROBOT (a name or a file) in the browser, and see what stops them.
+
+    The whole controller runs: push the robot, load it, take the friction from its floor.
 
     Example: equipoise play talos
     """
     from equipoise.viewer.commands import play as play_robot
 
-    play_robot(robot, *address, click.echo, browse=not no_browser)
+    play_robot(
+        robot,
+        *address,
+        click.echo,
+        browse=not no_browser,
+        physics=physics,
+        reference_only=reference_only,
+    )
 
 
 @cli.command()

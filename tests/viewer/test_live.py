@@ -22,7 +22,8 @@ from equipoise.runlog import load_run
 from equipoise.scenarios import read_scenario
 from equipoise.simulation.loop import Ending, run_simulation
 from equipoise.simulation.operator import OperatorRequest
-from equipoise.viewer.bridge import Bridge, base_link
+from equipoise.viewer.base_link import base_link
+from equipoise.viewer.bridge import Bridge
 from equipoise.viewer.operator_panel import OperatorPanel
 from equipoise.viewer.server import ViewerServer
 

@@ -9,8 +9,9 @@ pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.
 
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.robots import Robot, get_robot
-from equipoise.viewer.play import Play, reasons_as_html, speed_in_words
-from equipoise.viewer.play_session import PlaySession, Reason
+from equipoise.viewer.playing.page import Play, reasons_as_html, speed_in_words
+from equipoise.viewer.playing.reason import Reason
+from equipoise.viewer.playing.reference import ReferenceSession
 from equipoise.viewer.server import ViewerServer
 
 
@@ -20,7 +21,7 @@ def robot() -> Robot:
 
 
 def test_a_hand_follows_and_feet_and_limits_hold(robot: Robot) -> None:
-    session = PlaySession(robot)
+    session = ReferenceSession(robot)
     hand, other = session.hands
     session.drag(hand, session.targets[hand] + [0.12, 0.05, 0.2])
     for _ in range(15):
@@ -39,7 +40,7 @@ def test_a_hand_follows_and_feet_and_limits_hold(robot: Robot) -> None:
 
 
 def test_what_is_out_of_reach_is_said_and_then_stands_still(robot: Robot) -> None:
-    session = PlaySession(robot)
+    session = ReferenceSession(robot)
     hand, _ = session.hands
     session.drag(hand, session.targets[hand] + [2.0, 0.0, 0.0])
     session.run(6.0)
@@ -59,7 +60,7 @@ def test_the_first_of_two_hands_that_want_different_things_wins(robot: Robot) ->
     """Both are drawn apart further than the arms reach; swapping the order swaps who is short."""
     off = []
     for order in (0, 1):
-        session = PlaySession(robot)
+        session = ReferenceSession(robot)
         hands = session.all_hands[:: 1 - 2 * order]
         session.order(hands)
         left, right = session.all_hands
@@ -79,7 +80,7 @@ def test_the_first_of_two_hands_that_want_different_things_wins(robot: Robot) ->
 def test_the_page_moves_the_robot_and_lights_what_stops_it(
     robot: Robot, server: ViewerServer
 ) -> None:
-    play = Play(robot, server)
+    play = Play(ReferenceSession(robot), server)
     hand = play.session.hands[0]
     assert len(play.orders) == 5  # two orders, together, and each alone
     handle = play.handles[hand]
@@ -107,4 +108,4 @@ def test_words_are_text_not_markup() -> None:
     assert "<b>" not in reasons_as_html(Reason(("<b>x</b> is 3 cm short.",)))
     assert "Every hand" in reasons_as_html(Reason())
     assert speed_in_words(1.0) == "*At real time.*"
-    assert "50%" in speed_in_words(0.5)
+    assert "0.5 × real time" in speed_in_words(0.5)

@@ -49,6 +49,12 @@ def guess_yaml(path: str | Path) -> str:
     return "\n".join(lines) + "\n"
 
 
+def ends_of_arms(robot: Robot) -> tuple[str, ...]:
+    """Return a frame at the end of each limb that is no leg, the one that is named like a hand."""
+    _, arms = _sorted_ends(robot, _ends(robot))
+    return tuple(_frame_at(robot, joint, HAND) for joint in arms)
+
+
 def _reason(robot: Robot, legs: list[int]) -> str:
     if not robot.nv_base:
         return "as the file says"

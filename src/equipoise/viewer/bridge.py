@@ -15,14 +15,13 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from equipoise.errors import EquipoiseError
-from equipoise.robots import Robot
 from equipoise.scenarios.read import resolved_text
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.operator import OperatorRequest, StopRequested
 from equipoise.spatial import Array
+from equipoise.viewer.base_link import base_link
 from equipoise.viewer.live import IN_FLIGHT, Job, serve
 
 RATE = 30.0  # [Hz] at which ticks are handed over
@@ -167,11 +166,3 @@ class Bridge:
         self._connected, self._running, self._wanted = False, True, 0
         with suppress(OSError):
             self._pipe.close()
-
-
-def base_link(robot: Robot) -> str:
-    """Return the name of the link that the free base carries."""
-    for frame in robot.model.frames:
-        if frame.type == pin.FrameType.BODY and frame.parentJoint == 1:
-            return frame.name
-    return robot.model.names[1]

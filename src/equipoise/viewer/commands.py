@@ -16,7 +16,10 @@ from equipoise.runlog import latest_run
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.viewer.bridge import Bridge
 from equipoise.viewer.longlog import LongLog
-from equipoise.viewer.play import Play
+from equipoise.viewer.playing.live import LiveSession
+from equipoise.viewer.playing.page import Play
+from equipoise.viewer.playing.plant import Physics, usual_physics
+from equipoise.viewer.playing.reference import ReferenceSession
 from equipoise.viewer.replay import Replay
 from equipoise.viewer.robot_view import RobotView
 from equipoise.viewer.server import ViewerServer
@@ -63,15 +66,29 @@ def view_robot(name_or_path: str, host: str, port: int | None, say: Say, *, brow
         server.stop()
 
 
-def play(name_or_path: str, host: str, port: int | None, say: Say, *, browse: bool) -> None:
-    """Let the hands of a robot be dragged until Ctrl-C.
+def play(
+    name_or_path: str,
+    host: str,
+    port: int | None,
+    say: Say,
+    *,
+    browse: bool,
+    physics: Physics | None = None,
+    reference_only: bool = False,
+) -> None:
+    """Let the hands of a robot be dragged until Ctrl-C; `physics` None: mujoco where there is one.
 
-    Raises: `RobotFileError`, `InputError` for a robot without hands.
+    Raises: `RobotFileError`, `InputError` for a robot of which nothing can be dragged.
     """
     robot = get_robot(name_or_path)
+    session = (
+        ReferenceSession(robot)
+        if reference_only
+        else LiveSession(robot, physics or usual_physics())
+    )
     server = ViewerServer(host, port)
     try:
-        shown = Play(robot, server)
+        shown = Play(session, server)
         shown.start()
         say(f"Drag the hands of {robot.name} at {server.url}")
         keep_open(server, say, browse=browse)

@@ -22,16 +22,16 @@ class ForceLayer(Layer):
 
     def __init__(self, scene: viser.SceneApi, setup: Setup) -> None:
         self._forces = ForceArrows(setup)
-        self._measured = _arrows(scene, "/forces/measured", MEASURED)
-        self._wanted = _arrows(scene, "/forces/wanted", WANTED)
+        self._measured = add_arrows(scene, "/forces/measured", MEASURED)
+        self._wanted = add_arrows(scene, "/forces/wanted", WANTED)
 
     def set_visible(self, visible: bool) -> None:
         self._measured.visible = self._wanted.visible = visible
 
     def show(self, moment: Moment) -> None:
         arrows = self._forces.at(moment.kin, moment.values)
-        _draw(self._measured, arrows.measured)
-        _draw(self._wanted, arrows.wanted)
+        draw_arrows(self._measured, arrows.measured)
+        draw_arrows(self._wanted, arrows.wanted)
 
 
 class PushLayer(Layer):
@@ -43,7 +43,7 @@ class PushLayer(Layer):
         self._planned = [
             (setup.robot.frame_id(push.frame), push) for push in scenario.faults.pushes
         ]
-        self._handle = _arrows(scene, "/pushes", PUSH)
+        self._handle = add_arrows(scene, "/pushes", PUSH)
 
     def set_visible(self, visible: bool) -> None:
         self._handle.visible = visible
@@ -57,10 +57,13 @@ class PushLayer(Layer):
         force, point = moment.values.get("push"), moment.values.get("push_point")
         if force is not None and point is not None and np.isfinite(point).all():
             pushes.append((point, force))
-        _draw(self._handle, [ending(p, PUSH_SCALE * f) for p, f in pushes if f.any()])
+        draw_arrows(self._handle, [ending(p, PUSH_SCALE * f) for p, f in pushes if f.any()])
 
 
-def _arrows(scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> viser.ArrowsHandle:
+def add_arrows(
+    scene: viser.SceneApi, name: str, colour: tuple[int, int, int]
+) -> viser.ArrowsHandle:
+    """Add arrows that are not there yet."""
     return scene.add_arrows(
         name,
         np.zeros((1, 2, 3)),
@@ -71,5 +74,6 @@ def _arrows(scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> v
     )
 
 
-def _draw(handle: viser.ArrowsHandle, arrows: list[Array]) -> None:
+def draw_arrows(handle: viser.ArrowsHandle, arrows: list[Array]) -> None:
+    """Let arrows (2, 3) [m], from where to where, stand there, and no others."""
     handle.points = np.array(arrows or np.zeros((0, 2, 3)), dtype=np.float32)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from equipoise.control import (
     Projector,
     ReactionBounds,
     SignFunction,
+    advise_for_postures,
     advise_for_soft_floor,
     advise_gains,
 )
@@ -35,6 +37,7 @@ from equipoise.wbc.settings import ControlSettings
 
 Wanted = float | Scalar
 Forces = Mapping[str, Wanted | Sequence[Wanted]]
+Shape = Literal["start", "postures"]
 
 RIGID_ALPHA, RIGID_LAYER = 20.0, 0.05  # [1/s], [rad/s] where the contacts do not give
 FORCE_LAYER = 0.5  # [N] of sgn_F
@@ -51,7 +54,9 @@ class LoopSettings:
     or (na,): where it is not small, the gains need it. `friction` of the feet; `margin` [m] that
     the centre of mass keeps to the edge of the feet; `observer` [s], how slowly the measured
     reaction is followed. `accelerations` [rad/s^2] bound the joints of the reference, so that they
-    stop in time: one number, (na,), or some by name; None bounds nothing.
+    stop in time: one number, (na,), or some by name; None bounds nothing. `shape` of the gain:
+    that of the inertia matrix at the start, or of its mean over `postures`, which is weaker at the
+    start and stable with stretched arms too.
     Raises: `InputError`.
     """
 
@@ -62,6 +67,7 @@ class LoopSettings:
     margin: float = 0.02
     observer: float = 0.02
     accelerations: Accelerations | None = None
+    shape: Shape = "start"
 
     def __post_init__(self) -> None:
         require_period(self.period)
@@ -73,6 +79,10 @@ class LoopSettings:
         inertia = real_array("the rotor inertia of a loop", self.rotor_inertia, None)
         if (inertia < 0.0).any():
             raise InputError("a rotor inertia must not be negative", given=inertia.tolist())
+        if self.shape not in get_args(Shape):
+            raise InputError(
+                "unknown shape of the gain", given=self.shape, known=list(get_args(Shape))
+            )
 
 
 @dataclass(frozen=True)
@@ -156,7 +166,8 @@ def gains_for(robot: Robot, contacts: ContactStack, q: Array, loop: LoopSettings
         projector = "damping"
         soft = advise_for_soft_floor(loop.delay, loop.period, K_IP, projector=projector)
         alpha, layer, kappa = soft.alpha, soft.layer, soft.kappa
-    advice = advise_gains(
+    look = advise_for_postures if loop.shape == "postures" else advise_gains
+    advice = look(
         robot, contacts, q, loop.period,
         alpha=alpha, kappa=kappa, rotor_inertia=loop.rotor_inertia,
     )  # fmt: skip

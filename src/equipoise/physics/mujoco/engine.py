@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import ContactStack
+from equipoise.contacts import ContactStack, PointContact, SoleContact
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics.engine import PhysicsState, checked_torque
 from equipoise.physics.mujoco.contact_forces import ContactForces
+from equipoise.physics.mujoco.conversion import quat_wxyz
 from equipoise.physics.mujoco.health import HealthCheck, silence_log_file
 from equipoise.physics.mujoco.library import load_mujoco
 from equipoise.physics.mujoco.model import build_model
+from equipoise.physics.mujoco.names import in_model
 from equipoise.physics.mujoco.objects import Surroundings
 from equipoise.physics.mujoco.options import MujocoOptions
 from equipoise.physics.mujoco.period import Period
+from equipoise.physics.mujoco.robot_model import body_name, principal_axes
 from equipoise.physics.mujoco.simulated_objects import SimulatedObjects
 from equipoise.physics.pushed_object import PushedObject, PushedObjectMode, PushedObjectState
 from equipoise.robots import Robot
@@ -191,6 +195,26 @@ class MujocoEngine:
         lam = np.linalg.lstsq(J[:, :base].T, gravity[:base], rcond=None)[0]
         self._lam[rows] = lam
         return (gravity - J.T @ lam)[base:]
+
+    def weigh(self, robot: Robot) -> None:
+        """Let every link weigh what it does in `robot`, a copy of this one, from now on."""
+        compiled = self.model.compiled
+        for joint in range(1, robot.model.njoints):
+            inertia, body = robot.model.inertias[joint], compiled.body(body_name(robot, joint)).id
+            moments, axes = principal_axes(inertia)
+            compiled.body_mass[body], compiled.body_ipos[body] = inertia.mass, inertia.lever
+            compiled.body_inertia[body], compiled.body_iquat[body] = moments, quat_wxyz(axes)
+        self.mujoco.mj_setConst(compiled, self.mujoco.MjData(compiled))
+        self.robot = robot
+
+    def set_sole_friction(self, friction: float) -> None:
+        """Let soles and feet have another friction from the next step on. Raises: `InputError`."""
+        replace(self.options, sole_friction=friction)  # refuses what is none
+        compiled = self.model.compiled
+        for contact in self.contacts.contacts:
+            kind = {SoleContact: "sole", PointContact: "foot"}.get(type(contact))
+            if kind is not None:
+                compiled.geom(in_model(kind, contact.name)).friction[0] = friction
 
     def write_mjcf(self, path: Path) -> Path:
         """Write the model as MJCF, to look at or to run elsewhere."""

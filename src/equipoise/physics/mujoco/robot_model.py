@@ -27,7 +27,7 @@ def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOption
     if any(inertia.mass <= 0.0 for inertia in model.inertias[1:]):  # several joints at one body
         spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
     for joint in range(1, model.njoints):
-        body = bodies[model.parents[joint]].add_body(name=_body_name(robot, joint))
+        body = bodies[model.parents[joint]].add_body(name=body_name(robot, joint))
         place(body, model.jointPlacements[joint])
         set_inertia(body, model.inertias[joint])
         if joint < robot.base.first_joint:
@@ -38,7 +38,8 @@ def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOption
     return bodies
 
 
-def _body_name(robot: Robot, joint: int) -> str:
+def body_name(robot: Robot, joint: int) -> str:
+    """Return the name of the body that moves with a joint."""
     return BASE if joint < robot.base.first_joint else of_joint(robot.model.names[joint])
 
 
@@ -90,14 +91,20 @@ def place(element: Any, T: pin.SE3) -> None:
 
 def set_inertia(body: Any, inertia: pin.Inertia) -> None:
     """Give a body its mass, centre of mass and principal inertia."""
-    moments, axes = np.linalg.eigh(inertia.inertia)
-    if np.linalg.det(axes) < 0.0:
-        axes[:, 0] = -axes[:, 0]
+    moments, axes = principal_axes(inertia)
     body.explicitinertial = True
     body.mass = inertia.mass
     body.ipos = inertia.lever
     body.iquat = quat_wxyz(axes)
     body.inertia = moments
+
+
+def principal_axes(inertia: pin.Inertia) -> tuple[Array, Array]:
+    """Return the principal moments (3,) [kg m^2] and axes (3, 3), a rotation."""
+    moments, axes = np.linalg.eigh(inertia.inertia)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] = -axes[:, 0]
+    return moments, axes
 
 
 def add_link_shapes(

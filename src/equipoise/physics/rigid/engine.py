@@ -196,6 +196,10 @@ class RigidContactEngine(NoObjects):
         self._lam[rows] = lam
         return (gravity - J.T @ lam)[base:]
 
+    def weigh(self, robot: Robot) -> None:
+        """Let every link weigh what it does in `robot`, a copy of this one, from now on."""
+        self.robot = robot
+
     def support(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
         """Raise: `InputError`. These contacts hold both ways, for as long as the run lasts."""
         raise InputError(

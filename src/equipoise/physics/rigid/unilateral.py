@@ -134,6 +134,11 @@ class UnilateralContactEngine(NoObjects):
             self._lam[self.contacts.rows[name]] = self._told(name, lam[rows])
         return tau
 
+    def weigh(self, robot: Robot) -> None:
+        """Let every link weigh what it does in `robot`, a copy of this one, from now on."""
+        self.robot = robot
+        self._inside.weigh(robot)
+
     def support(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
         """Tell a sole's wrench in the axes of this anchor; what holds is for the floor to say.
 

@@ -1,4 +1,4 @@
-"""Drag and ask: a robot in the browser with a handle on each hand, and words for what stops it."""
+"""The page of `play`: a robot with a handle on each hand, and words for what stops it."""
 
 from __future__ import annotations
 
@@ -13,31 +13,36 @@ import viser
 
 from equipoise.analysis.rendering.scene_meshes import robot_parts
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.robots import Robot
+from equipoise.spatial import Array
 from equipoise.viewer.drawing import Drawing
 from equipoise.viewer.floor_and_sky import add_floor_and_sky
 from equipoise.viewer.plain_text import in_markdown
-from equipoise.viewer.play_session import PlaySession, Reason
+from equipoise.viewer.playing.live import LiveSession
+from equipoise.viewer.playing.live_panel import LivePanel
+from equipoise.viewer.playing.reason import Reason
+from equipoise.viewer.playing.session import GAZE, PlaySession
 from equipoise.viewer.server import ViewerServer
 
 PICTURES = 30.0  # [1/s] at most
 ASKED = 0.4  # [s] between two questions why: an answer solves the hierarchy several times
 LIT, OPACITY, OUTSET = (225, 40, 30), 0.75, 0.003  # colour, and [m] outwards
-HANDLE = 0.22  # [m]
+HANDLE, SMALL_HANDLE = 0.22, 0.12  # [m] of a hand's, of the gaze's
 REAL = 0.95  # share of real time that counts as real time
 MOST_ORDERED = 3  # hands of which every order is offered
 ABOUT = (
     "Drag a handle. The hands follow in their order; feet stay, joint limits and balance hold. "
-    "What stops a hand is red, and said below. *What moves is the reference: no torque law and no "
-    "engine runs here (`equipoise run press --view` has both).*"
+    "What stops a hand is red, and said below. "
 )
+REFERENCE_ONLY = "*What moves is the reference: no torque law and no engine runs here.*"
+WITH_LAW = "*The torque law moves a simulated robot, in the engine {engine}.*"
 
 
 class Play:
     """Shows a session in a guarded server; `start` lets it run until `stop`."""
 
-    def __init__(self, robot: Robot, server: ViewerServer) -> None:
-        self.session, self._server = PlaySession(robot), server.viser
+    def __init__(self, session: PlaySession, server: ViewerServer) -> None:
+        self.session, self._server = session, server.viser
+        robot = session.robot
         self._evaluator = KinematicsEvaluator(robot)
         self._still = np.zeros(robot.nv)
         self._parts = robot_parts(robot)
@@ -46,11 +51,13 @@ class Play:
         scene.configure_default_lights(cast_shadow=False)
         self._drawing = Drawing(scene, "/robot", self._parts, robot.model.parents)
         self._lit: dict[int, Drawing] = {}
-        self._server.initial_camera.position = (1.9, -1.5, 1.3)
-        self._server.initial_camera.look_at = (0.15, 0.0, 0.7)
-        self.handles = {hand: self._add_handle(hand) for hand in self.session.all_hands}
-        self.orders = _orders(self.session.all_hands)
-        self._add_panel(robot)
+        size = _size(session)
+        self._server.initial_camera.position = (1.5 * size, -1.2 * size, size)
+        self._server.initial_camera.look_at = (0.15, 0.0, 0.55 * size)
+        self.handles = {hand: self._add_handle(hand) for hand in session.all_hands}
+        self.gaze = None if session.seen is None else self._add_gaze(session.seen)
+        self.orders = _orders(session.all_hands)
+        self.live = self._add_panel()
         self._ended = threading.Event()
         self._asked, self._reason = -np.inf, Reason()
         self._thread: threading.Thread | None = None
@@ -80,6 +87,8 @@ class Play:
             for joint in reason.joints:
                 if joint in self._lit:
                     self._lit[joint].place(kin.pin_data.oMi)
+            if self.live is not None:
+                self.live.show(kin)
         text = reasons_as_html(reason)
         if text != self._said.content:
             self._said.content = text
@@ -107,16 +116,35 @@ class Play:
         handle.on_update(lambda event: self.session.drag(hand, np.array(event.target.position)))
         return handle
 
-    def _add_panel(self, robot: Robot) -> None:
-        gui = self._server.gui
-        gui.add_markdown(f"**{in_markdown(robot.name)}**\n\n{ABOUT}")
+    def _add_gaze(self, place: Array) -> viser.TransformControlsHandle:
+        handle = self._server.scene.add_transform_controls(
+            f"/handles/{GAZE}",
+            scale=SMALL_HANDLE,
+            disable_rotations=True,
+            position=place,
+            depth_test=False,
+        )
+        self._server.scene.add_label(f"/handles/{GAZE}/name", "looked at")
+        handle.on_update(lambda event: self.session.look(np.array(event.target.position)))
+        return handle
+
+    def _add_panel(self) -> LivePanel | None:
+        gui, session = self._server.gui, self.session
+        live = isinstance(session, LiveSession)
+        engine = session.plant.physics if isinstance(session, LiveSession) else ""
+        about = ABOUT + (WITH_LAW.format(engine=engine) if live else REFERENCE_ONLY)
+        gui.add_markdown(f"**{in_markdown(session.robot.name)}**\n\n{about}")
         order = gui.add_dropdown("Order", tuple(self.orders), initial_value=next(iter(self.orders)))
         order.on_update(lambda event: self._reorder(str(event.target.value)))
         back = gui.add_button("Handles back to the start")
         back.on_click(lambda _: self.take_back())
         self._said = gui.add_html(reasons_as_html(Reason()))
         self._speed = gui.add_markdown("")
+        panel = None
+        if isinstance(session, LiveSession):
+            panel = LivePanel(self._server, session, self.take_back)
         gui.main_panel.dock_right()
+        return panel
 
     def take_back(self) -> None:
         """Put every handle, and the hand with it, where it was at the start."""
@@ -146,6 +174,13 @@ class Play:
             drawing.set_visible(joint in joints)
 
 
+def _size(session: PlaySession) -> float:
+    """Return how far [m] the robot reaches up or out at the start."""
+    kin = session.robot.at(session.robot.q_half_sitting)
+    places = [kin.placement(name).translation for name in session.robot.frame_names]
+    return float(np.clip(np.abs(places).max(), 0.4, 2.0))
+
+
 def _orders(hands: Sequence[str]) -> dict[str, tuple[tuple[str, ...], bool]]:
     """Return what the list of orders offers: hands, and whether they share a level."""
     found: dict[str, tuple[tuple[str, ...], bool]] = {}
@@ -171,4 +206,4 @@ def speed_in_words(share: float) -> str:
     """Return how fast it runs, as a share of real time."""
     if share >= REAL:
         return "*At real time.*"
-    return f"*Slower than real time: {share:.0%} of it.*"
+    return f"*At {share:.1f} × real time.*"

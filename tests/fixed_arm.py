@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.kinematics import Kinematics, kinematics_at
+from equipoise.robots.base import FIXED
 from equipoise.spatial import pose
 
 
@@ -33,6 +34,7 @@ class Arm:
         self.v_max, self.tau_max = np.full(3, 3.0), np.full(3, 80.0)
         self.q_half_sitting = np.array([0.3, 0.4, 0.05])
         self.camera = None
+        self.base, self.actuated, self.followers = FIXED, (1, 2, 3), {}
 
     def frame_id(self, frame: str | int) -> int:
         return self.model.getFrameId(frame) if isinstance(frame, str) else frame

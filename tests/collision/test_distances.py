@@ -74,7 +74,7 @@ class Beside:
         scene = floating_shapes(first, second)
         self.program = PairProgram(scene, [Pair("first", "second")])
         self.workspace = Workspace(
-            {"state": state_shapes(14, 12, 3, 1), "pairs": self.program.array_shapes()},
+            {"state": state_shapes(14, 12, 3, 1, 12), "pairs": self.program.array_shapes()},
             stages=[FIND],
         )
         self.shapes = first, second

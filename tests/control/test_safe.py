@@ -58,7 +58,9 @@ def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
     v = stack.at(robot.at(q)).project(rng.normal(size=robot.nv))
     blind_q, blind_v = q.copy(), v.copy()
     blind_q[:7], blind_v[:6] = np.nan, np.nan
-    found = base_from_contacts(KinematicsEvaluator(robot), stack, robot.q_half_sitting, blind_q, blind_v)
+    found = base_from_contacts(
+        KinematicsEvaluator(robot), stack, robot.q_half_sitting, blind_q, blind_v
+    )
     assert found is not None
     apart = pin.difference(robot.model, q, found[0])
     assert np.abs(apart).max() < 1e-5

@@ -57,7 +57,7 @@ ARM = """
     </body>
   </worldbody>
   <contact><exclude body1="base" body2="hand"/></contact>
-  <equality><joint joint1="roll" joint2="pan"/></equality>
+  <equality><joint joint1="roll" joint2="pan" polycoef="0 1 0.5 0 0"/></equality>
   <actuator>
     <motor joint="pan" gear="50" ctrlrange="-2 2" ctrllimited="true"/>
     <position joint="tilt" kp="300" forcerange="-30 40"/>

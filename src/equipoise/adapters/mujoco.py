@@ -14,20 +14,20 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from equipoise.adapters.mujoco_fit import fit_of
+from equipoise.adapters.mujoco_fit import all_joints, fit_of
 from equipoise.adapters.mujoco_motors import Motors
 from equipoise.contacts import Contact, ContactStack, PointContact, SoleContact
 from equipoise.contacts.base import KernelContact
 from equipoise.contacts.sliding import SlidingContact
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
-from equipoise.physics.mujoco.conversion import WXYZ_FROM_XYZW, XYZW_FROM_WXYZ
+from equipoise.physics.mujoco.conversion import WXYZ_FROM_XYZW, XYZW_FROM_WXYZ, FollowerPlace
 from equipoise.physics.mujoco.library import load_mujoco
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
 
-FREE_JOINT = 0  # mjtJoint.mjJNT_FREE
+FREE_JOINT, JOINT_EQUALITY = 0, 2  # mjtJoint.mjJNT_FREE, mjtEq.mjEQ_JOINT
 
 
 class MujocoState(NamedTuple):
@@ -52,15 +52,17 @@ class MujocoAdapter:
     def __init__(self, robot: Robot, model: Any, *, prefix: str = "") -> None:
         self._mujoco = load_mujoco()
         self.robot, self.model = robot, model
-        joints = [self._joint(prefix + name) for name in robot.joint_names]
+        whole = [self._joint(prefix + name) for name in all_joints(robot)]
+        joints = [whole[joint - robot.base.first_joint] for joint in robot.actuated]
         self._qpos = np.array([model.jnt_qposadr[j] for j in joints])
         self._dofs = np.array([model.jnt_dofadr[j] for j in joints])
         self._base = self._base_of(model.jnt_bodyid[joints[0]])
-        self._T_theirs_ours = fit_of(robot, model, joints, self._base)
+        self._T_theirs_ours = fit_of(robot, model, whole, self._base)
+        self._followers = self._places_of_followers(whole)
         self._motors = Motors(robot, model, joints)
         self.rotor_inertia = np.array(model.dof_armature[self._dofs], dtype=float)
         # the bodies of a link, welded together, by Pinocchio's number of its joint
-        self._links = [0, *([0] if robot.nv_base else []), *model.jnt_bodyid[joints]]
+        self._links = [0, *([0] if robot.nv_base else []), *model.jnt_bodyid[whole]]
         if robot.nv_base:
             self._links[1] = model.jnt_bodyid[self._base]
         self._links = [int(model.body_weldid[body]) for body in self._links]
@@ -75,6 +77,30 @@ class MujocoAdapter:
             known = [model.joint(j).name for j in range(model.njnt)]
             raise NameNotFoundError("joint in the MuJoCo model", name, known)
         return number
+
+    def _places_of_followers(self, whole: list[int]) -> list[FollowerPlace]:
+        """Return the joints that follow others. Raises: `InputError` if nothing couples one."""
+        robot, model, found = self.robot, self.model, []
+        numbers = dict(zip(all_joints(robot), whole, strict=True))
+        tied = [
+            {int(one), int(other)}
+            for kind, one, other in zip(
+                model.eq_type, model.eq_obj1id, model.eq_obj2id, strict=True
+            )
+            if kind == JOINT_EQUALITY
+        ]
+        for name, (leader, ratio, offset) in robot.followers.items():
+            joint = numbers[name]
+            if not any(joint in pair for pair in tied):
+                raise InputError(
+                    f"joint {name!r} of robot {robot.name} follows {leader!r}, and nothing in the "
+                    "MuJoCo model couples it",
+                    remedy=f'Add <equality><joint joint1="{name}" joint2="{leader}" '
+                    f'polycoef="{offset:g} {ratio:g} 0 0 0"/></equality>, or lock it in the YAML',
+                )
+            places = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+            found.append(FollowerPlace(*places, robot.joint_index(leader), ratio, offset))
+        return found
 
     def _base_of(self, body: int) -> int:
         """Return the free joint that carries a body, -1 for none."""
@@ -195,6 +221,10 @@ class MujocoAdapter:
         q = real_vector("q", q, robot.nq)
         v = np.zeros(robot.nv) if v is None else real_vector("v", v, robot.nv)
         data.qpos[self._qpos], data.qvel[self._dofs] = q[robot.nq_base :], v[robot.nv_base :]
+        for one in self._followers:
+            leader = robot.nq_base + one.leader, robot.nv_base + one.leader
+            data.qpos[one.qpos] = one.ratio * q[leader[0]] + one.offset
+            data.qvel[one.dof] = one.ratio * v[leader[1]]
         if base >= 0:
             at, first = self.model.jnt_qposadr[base], self.model.jnt_dofadr[base]
             data.qpos[at : at + 3] = q[:3]

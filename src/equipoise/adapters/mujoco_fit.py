@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import InputError
+from equipoise.kinematics.followers import axes_of
 from equipoise.physics.mujoco.library import load_mujoco
 from equipoise.robots import Robot
 from equipoise.spatial import Array
@@ -20,14 +21,15 @@ SLIDES = 2  # mjtJoint.mjJNT_SLIDE
 def fit_of(robot: Robot, model: Any, joints: Sequence[int], base: int) -> pin.SE3:
     """Return where our world lies in MuJoCo's: the identity for a free base.
 
-    `joints` are MuJoCo's numbers of ours, `base` that of the free joint, or -1.
+    `joints` are MuJoCo's numbers of all of ours, as `all_joints` has them; `base` that of the free
+    joint, or -1.
     Raises: `InputError` naming the joint that lies elsewhere.
     """
     theirs, points, axes = _theirs(robot, model, joints, base)
     ours, our_points = _ours(robot)
     T = pin.SE3.Identity() if base >= 0 else _best(ours, our_points, theirs, points, axes)
     for name, a, p, b, x, slides in zip(
-        robot.joint_names, ours, our_points, theirs, points, axes, strict=True
+        all_joints(robot), ours, our_points, theirs, points, axes, strict=True
     ):
         turned = float(np.linalg.norm(np.cross(T.rotation @ a, b)))
         if T.rotation @ a @ b < 0.0:
@@ -44,14 +46,23 @@ def fit_of(robot: Robot, model: Any, joints: Sequence[int], base: int) -> pin.SE
     return T
 
 
+def all_joints(robot: Robot) -> tuple[str, ...]:
+    """Return the names of the joints after the base, with those that follow others."""
+    return tuple(robot.model.names)[robot.base.first_joint :]
+
+
 def _theirs(
     robot: Robot, model: Any, joints: Sequence[int], base: int
 ) -> tuple[Array, Array, Array]:
-    """Return axes (na, 3), points on them (na, 3), and which slide, at the posture of the test."""
+    """Return axes (k, 3), points on them (k, 3), and which slide, at the posture of the test."""
     mujoco = load_mujoco()
     data = mujoco.MjData(model)
     numbers = list(joints)
-    data.qpos[[model.jnt_qposadr[j] for j in numbers]] = _posture(robot)
+    posture = dict(zip(robot.joint_names, _posture(robot), strict=True))
+    for name, (leader, ratio, offset) in robot.followers.items():
+        posture[name] = ratio * posture[leader] + offset
+    places = [model.jnt_qposadr[j] for j in numbers]
+    data.qpos[places] = [posture[name] for name in all_joints(robot)]
     if base >= 0:
         at = model.jnt_qposadr[base]
         data.qpos[at : at + 7] = 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
@@ -60,16 +71,15 @@ def _theirs(
 
 
 def _ours(robot: Robot) -> tuple[Array, Array]:
-    """Return axes (na, 3) and origins (na, 3) of our joints at the posture of the test."""
-    model, data = robot.model, robot.model.createData()
-    q = np.concatenate((pin.neutral(model)[: robot.nq_base], _posture(robot)))
-    pin.computeJointJacobians(model, data, q)
+    """Return axes (k, 3) and origins (k, 3) of our joints at the posture of the test."""
+    model, own = robot.model, axes_of(robot.model)
+    kin = robot.at(np.concatenate((pin.neutral(model)[: robot.nq_base], _posture(robot))))
     axes, points = [], []
-    for joint in range(model.njoints - robot.na, model.njoints):
-        column = data.J[:, model.joints[joint].idx_v]
-        axis = column[3:] if column[3:].any() else column[:3]
-        axes.append(axis / np.linalg.norm(axis))
-        points.append(data.oMi[joint].translation.copy())
+    for joint in range(robot.base.first_joint, model.njoints):
+        axis = own[joint, 3:] if own[joint, 3:].any() else own[joint, :3]
+        T = kin.joint_placement(joint)
+        axes.append(T.rotation @ axis)
+        points.append(T.translation)
     return np.array(axes), np.array(points)
 
 

@@ -49,18 +49,16 @@ def _by_tree(robot: Robot) -> list[JointGroup]:
     for frame, path in paths.items():
         others = {joint for other, taken in paths.items() if other != frame for joint in taken}
         owner.update((joint, frame) for joint in path if joint not in others)
-    first = robot.base.first_joint
-    for joint in range(first, robot.model.njoints):
+    for joint in range(robot.base.first_joint, robot.model.njoints):
         parent = robot.model.parents[joint]
         if joint not in owner and parent in owner:
             owner[joint] = owner[parent]
+    place = {joint: k for k, joint in enumerate(robot.actuated)}
     joint_groups = [
-        JointGroup(
-            _title(frame, kind), tuple(j - first for j in sorted(owner) if owner[j] == frame)
-        )
+        JointGroup(_title(frame, kind), tuple(k for j, k in place.items() if owner.get(j) == frame))
         for frame, kind in ends
     ]
-    rest = tuple(j - first for j in range(first, robot.model.njoints) if j not in owner)
+    rest = tuple(k for j, k in place.items() if j not in owner)
     if rest:
         legs = sum(kind == "leg" for _, kind in ends)
         joint_groups.insert(legs, JointGroup("Torso and head" if ends else "Joints", rest))

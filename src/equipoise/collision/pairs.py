@@ -18,7 +18,7 @@ from equipoise.collision.shapes import BOX, SEGMENT, core_of
 from equipoise.compiled import Stage, compiled, scratch
 from equipoise.compiled.workspace import Arrays, Block, Part, Shape, integers, matrix, vector
 from equipoise.kinematics.kernels import COLUMNS, JOINTS
-from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
+from equipoise.kinematics.tree import CHAIN, CHAIN_COLUMN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.spatial import pose_row
 from equipoise.spatial.kernels import compose, crossed, turned, turned_back
 
@@ -313,7 +313,7 @@ def distance_row(tree: Block, state: Block, pairs: Block, n: int, A: np.ndarray,
     row = matrix(pairs, FOUND)[n]
     joint = integers(pairs, JOINT)
     first, second = joint[integers(pairs, FIRST)[n]], joint[integers(pairs, SECOND)[n]]
-    columns, chain = matrix(state, COLUMNS), integers(tree, CHAIN)
+    columns, chain, by = matrix(state, COLUMNS), integers(tree, CHAIN), integers(tree, CHAIN_COLUMN)
     starts, counts = integers(tree, CHAIN_FIRST), integers(tree, CHAIN_COUNT)
     for k in range(starts[first], starts[first] + counts[first]):
         A[at, chain[k]] = 0.0
@@ -322,15 +322,15 @@ def distance_row(tree: Block, state: Block, pairs: Block, n: int, A: np.ndarray,
     nx, ny, nz = row[1], row[2], row[3]
     mx, my, mz = crossed(row[7], row[8], row[9], nx, ny, nz)
     for k in range(starts[second], starts[second] + counts[second]):
-        c = chain[k]
-        A[at, c] += (
-            nx * columns[c, 0] + ny * columns[c, 1] + nz * columns[c, 2]
-            + mx * columns[c, 3] + my * columns[c, 4] + mz * columns[c, 5]
+        column = columns[by[k]]
+        A[at, chain[k]] += (
+            nx * column[0] + ny * column[1] + nz * column[2]
+            + mx * column[3] + my * column[4] + mz * column[5]
         )  # fmt: skip
     mx, my, mz = crossed(row[4], row[5], row[6], nx, ny, nz)
     for k in range(starts[first], starts[first] + counts[first]):
-        c = chain[k]
-        A[at, c] -= (
-            nx * columns[c, 0] + ny * columns[c, 1] + nz * columns[c, 2]
-            + mx * columns[c, 3] + my * columns[c, 4] + mz * columns[c, 5]
+        column = columns[by[k]]
+        A[at, chain[k]] -= (
+            nx * column[0] + ny * column[1] + nz * column[2]
+            + mx * column[3] + my * column[4] + mz * column[5]
         )  # fmt: skip

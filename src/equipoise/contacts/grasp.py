@@ -20,7 +20,7 @@ from equipoise.kinematics.kernels import (
     acceleration_at,
     velocity_at,
 )
-from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
+from equipoise.kinematics.tree import CHAIN, CHAIN_COLUMN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
 from equipoise.spatial.poses import rigid
@@ -61,15 +61,15 @@ def grasp_rows(c: ContactView) -> None:
 def add_seen(c: ContactView, joint: int, T_a: np.ndarray, T_b: np.ndarray, sign: float) -> None:
     """Add the twist, at the origin of b in axes of a, that moves a joint's body."""
     columns, chain, J, at = matrix(c.state, COLUMNS), integers(c.tree, CHAIN), c.J, c.at
-    first = integers(c.tree, CHAIN_FIRST)[joint]
+    by, first = integers(c.tree, CHAIN_COLUMN), integers(c.tree, CHAIN_FIRST)[joint]
     for k in range(first, first + integers(c.tree, CHAIN_COUNT)[joint]):
-        i = chain[k]
-        wx, wy, wz = sign * columns[i, 3], sign * columns[i, 4], sign * columns[i, 5]
+        i, column = chain[k], columns[by[k]]
+        wx, wy, wz = sign * column[3], sign * column[4], sign * column[5]
         x, y, z = crossed(wx, wy, wz, T_b[9], T_b[10], T_b[11])
         x, y, z = (
-            x + sign * columns[i, 0],
-            y + sign * columns[i, 1],
-            z + sign * columns[i, 2],
+            x + sign * column[0],
+            y + sign * column[1],
+            z + sign * column[2],
         )
         x, y, z = turned_back(T_a, x, y, z)
         wx, wy, wz = turned_back(T_a, wx, wy, wz)

@@ -15,7 +15,7 @@ from equipoise.contacts.view import POINT, ContactView, frame_of, joint_of
 from equipoise.errors import InputError
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import ACCELERATIONS, COLUMNS, VELOCITIES, acceleration_at
-from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
+from equipoise.kinematics.tree import CHAIN, CHAIN_COLUMN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.spatial import Array
 from equipoise.spatial.kernels import crossed, turned
 from equipoise.spatial.numbers import real_array, real_number
@@ -29,14 +29,14 @@ def point_rows(c: ContactView) -> None:
     T, kept, J, at = frame_of(c.tree, c.state, c.first), c.numbers, c.J, c.at
     joint = joint_of(c.tree, c.first)
     columns, chain = matrix(c.state, COLUMNS), integers(c.tree, CHAIN)
-    start = integers(c.tree, CHAIN_FIRST)[joint]
+    by, start = integers(c.tree, CHAIN_COLUMN), integers(c.tree, CHAIN_FIRST)[joint]
     rx, ry, rz = turned(T, kept[0], kept[1], kept[2])
     px, py, pz = T[9] + rx, T[10] + ry, T[11] + rz
     for k in range(start, start + integers(c.tree, CHAIN_COUNT)[joint]):
-        i = chain[k]
-        x, y, z = crossed(columns[i, 3], columns[i, 4], columns[i, 5], px, py, pz)
-        J[at, i], J[at + 1, i] = columns[i, 0] + x, columns[i, 1] + y
-        J[at + 2, i] = columns[i, 2] + z
+        i, column = chain[k], columns[by[k]]
+        x, y, z = crossed(column[3], column[4], column[5], px, py, pz)
+        J[at, i], J[at + 1, i] = column[0] + x, column[1] + y
+        J[at + 2, i] = column[2] + z
     phi, own = c.residual, c.own
     phi[own], phi[own + 1], phi[own + 2] = px - kept[3], py - kept[4], pz - kept[5]
 

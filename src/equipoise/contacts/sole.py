@@ -15,7 +15,7 @@ from equipoise.contacts.view import SOLE, ContactView, frame_of, joint_of
 from equipoise.errors import InputError
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import ACCELERATIONS, COLUMNS, VELOCITIES, acceleration_at
-from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST
+from equipoise.kinematics.tree import CHAIN, CHAIN_COLUMN, CHAIN_COUNT, CHAIN_FIRST
 from equipoise.robots import Sole
 from equipoise.spatial import Array, pose_row
 from equipoise.spatial.kernels import crossed, rotation_difference, turned_back
@@ -31,13 +31,13 @@ def sole_rows(c: ContactView) -> None:
     T, anchor, J, at = frame_of(c.tree, c.state, c.first), c.numbers, c.J, c.at
     joint = joint_of(c.tree, c.first)
     columns, chain = matrix(c.state, COLUMNS), integers(c.tree, CHAIN)
-    start = integers(c.tree, CHAIN_FIRST)[joint]
+    by, start = integers(c.tree, CHAIN_COLUMN), integers(c.tree, CHAIN_FIRST)[joint]
     px, py, pz = T[9], T[10], T[11]
     for k in range(start, start + integers(c.tree, CHAIN_COUNT)[joint]):
-        i = chain[k]
-        wx, wy, wz = columns[i, 3], columns[i, 4], columns[i, 5]
+        i, column = chain[k], columns[by[k]]
+        wx, wy, wz = column[3], column[4], column[5]
         lx, ly, lz = crossed(wx, wy, wz, px, py, pz)
-        lx, ly, lz = lx + columns[i, 0], ly + columns[i, 1], lz + columns[i, 2]
+        lx, ly, lz = lx + column[0], ly + column[1], lz + column[2]
         J[at, i], J[at + 1, i], J[at + 2, i] = turned_back(anchor, lx, ly, lz)
         J[at + 3, i], J[at + 4, i], J[at + 5, i] = turned_back(anchor, wx, wy, wz)
     phi, own = c.residual, c.own

@@ -12,11 +12,11 @@ low-pass of first order.
 from __future__ import annotations
 
 import numpy as np
-import pinocchio as pin
 
 from equipoise.contacts import Contact, ContactStack, SoleContact
 from equipoise.kinematics import Kinematics, KinematicsEvaluator
 from equipoise.robots import Robot, require_robot
+from equipoise.robots.dynamics import JointDynamics
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, positive
 
@@ -36,7 +36,7 @@ class WrenchObserver:
         armature = np.array(self._model.armature)
         armature[robot.nv_base :] += rotor_inertia
         self._model.armature = armature
-        self._memory = self._model.createData()
+        self._dynamics = JointDynamics(self._model)
         self._kinematics = KinematicsEvaluator(robot)
         self._r: Array | None = None
         self._rest = np.zeros(robot.nv)  # p(0) and the integral
@@ -47,16 +47,14 @@ class WrenchObserver:
         `q` (nq,) and `v` (nv,) now; `tau` (na,) [N m] has acted in the `dt` [s] before. At the
         first time the robot is taken to be at rest.
         """
-        model, memory, robot = self._model, self._memory, self.robot
-        pin.crba(model, memory, q)
-        M = np.triu(memory.M) + np.triu(memory.M, 1).T
-        g = pin.computeGeneralizedGravity(model, memory, q)
+        dynamics, robot = self._dynamics, self.robot
+        M, g = dynamics.inertia(q), dynamics.gravity(q)
         applied = np.concatenate((np.zeros(robot.nv_base), tau))
         if self._r is None:
             self._r = g - applied
             self._rest = M @ v - self._time * self._r
             return self._r.copy()
-        C = pin.computeCoriolisMatrix(model, memory, q, v)
+        C = dynamics.coriolis(q, v)
         self._rest += dt * (applied + C.T @ v - g)
         share = dt / self._time  # the r inside of the integral, taken at the end of the step
         self._r = ((M @ v - self._rest) / self._time) / (1.0 + share)

@@ -3,7 +3,8 @@
 `tree` is a block of `TREE`, `state` one of `STATE`. Row c of `columns` [nv, 6] is the twist that a
 unit of velocity c gives to what it moves: the linear velocity of the point at the origin of the
 world, then the angular velocity, in world axes. Velocities and accelerations of joints are of the
-same form, which makes sums of them as simple as it gets.
+same form, which makes sums of them as simple as it gets. Joints that follow others have rows
+behind these, for what the velocity of their leader gives to what they move.
 """
 
 from __future__ import annotations
@@ -11,27 +12,36 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.compiled import compiled, entrance, inlined, scratch
 from equipoise.compiled.workspace import Arrays, Block, Shape, integers, matrix, part_of, vector
 from equipoise.kinematics.tree import (
+    ABOVE,
     AXIS,
     BELOW,
     CHAIN,
+    CHAIN_COLUMN,
     CHAIN_COUNT,
     CHAIN_FIRST,
     CONTINUOUS,
+    FIRST_COLUMN,
     FIRST_Q,
     FIRST_V,
+    FOLLOWS,
     FRAME_JOINT,
     FRAME_PLACE,
     FREE,
     KIND,
+    LAW,
     MASS,
     PARENT,
     PLACE,
     PLANAR,
     PRISMATIC,
+    SUMMED,
+    WIDTH,
+    columns_in,
 )
 from equipoise.spatial.kernels import compose, crossed, quaternion_matrix, turned
 
@@ -43,16 +53,23 @@ STATE = Arrays(
  MOMENTUM_RATE) = range(len(STATE.names))  # fmt: skip
 
 
-def state_shapes(nq: int, nv: int, joints: int, frames: int) -> list[tuple[str, Shape, bool]]:
+def state_of(model: pin.Model, frames: int) -> list[tuple[str, Shape, bool]]:
+    """Return the arrays of a state of a model with so many frames."""
+    return state_shapes(model.nq, model.nv, model.njoints, frames, columns_in(model))
+
+
+def state_shapes(
+    nq: int, nv: int, joints: int, frames: int, columns: int
+) -> list[tuple[str, Shape, bool]]:
     """Return the arrays of one state.
 
     `q` [nq], `v` [nv]; pose rows `joints` [joints, 12] and `frames` [frames, 12]; `columns`
-    [nv, 6]; `com` [3] and `com_rows` [3, nv]; `moments` [joints, 3] are mass times centre of what a
-    joint moves with; `velocities` and `accelerations` (at zero dv/dt) [joints, 6]. `spins`
+    [columns, 6]; `com` [3] and `com_rows` [3, nv]; `moments` [joints, 3] are mass times centre of
+    what a joint moves with; `velocities` and `accelerations` (at zero dv/dt) [joints, 6]. `spins`
     [joints, 9] and `momentum_rate` [6]: see `kinematics.momentum`.
     """
     return STATE.shapes(
-        q=nq, v=nv, joints=(joints, 12), columns=(nv, 6), frames=(max(frames, 1), 12), com=3,
+        q=nq, v=nv, joints=(joints, 12), columns=(columns, 6), frames=(max(frames, 1), 12), com=3,
         com_rows=(3, nv), moments=(joints, 3), velocities=(joints, 6), accelerations=(joints, 6),
         spins=(joints, 9), momentum_rate=6,
     )  # fmt: skip
@@ -63,7 +80,8 @@ def place_joints(tree: Block, state: Block) -> None:
     """Write placements and columns of all joints at q."""
     q, joints, columns = vector(state, Q), matrix(state, JOINTS), matrix(state, COLUMNS)
     place, axis, parent = matrix(tree, PLACE), matrix(tree, AXIS), integers(tree, PARENT)
-    kind, first_q, first_v = integers(tree, KIND), integers(tree, FIRST_Q), integers(tree, FIRST_V)
+    kind, first_q = integers(tree, KIND), integers(tree, FIRST_Q)
+    follows, first = integers(tree, FOLLOWS), integers(tree, FIRST_COLUMN)
     world = joints[0]
     world[:] = 0.0
     world[0] = world[4] = world[8] = 1.0
@@ -71,8 +89,11 @@ def place_joints(tree: Block, state: Block) -> None:
         P, T, B, k = joints[parent[j]], joints[j], place[j], first_q[j]
         if kind[j] == FREE or kind[j] == PLANAR:
             place_base(q, k, kind[j], P, B, T)
-            base_columns(T, kind[j], columns, first_v[j])
+            base_columns(T, kind[j], columns, first[j])
             continue
+        angle, column = q[k], columns[first[j]]
+        if follows[j]:
+            angle = matrix(tree, LAW)[j, 0] * q[k] + matrix(tree, LAW)[j, 1]
         ax, ay, az = axis[j, 0], axis[j, 1], axis[j, 2]
         x, y, z = turned(P, B[9], B[10], B[11])
         T[9], T[10], T[11] = P[9] + x, P[10] + y, P[11] + z
@@ -82,20 +103,33 @@ def place_joints(tree: Block, state: Block) -> None:
                     P, B[3 * i], B[3 * i + 1], B[3 * i + 2]
                 )
             wx, wy, wz = turned(T, ax, ay, az)
-            T[9], T[10], T[11] = T[9] + q[k] * wx, T[10] + q[k] * wy, T[11] + q[k] * wz
-            column = columns[first_v[j]]
+            T[9], T[10], T[11] = T[9] + angle * wx, T[10] + angle * wy, T[11] + angle * wz
             column[0], column[1], column[2] = wx, wy, wz
             column[3] = column[4] = column[5] = 0.0
         else:
             if kind[j] == CONTINUOUS:
                 c, s = q[k], q[k + 1]
             else:
-                c, s = math.cos(q[k]), math.sin(q[k])
+                c, s = math.cos(angle), math.sin(angle)
             turn_joint(P, B, ax, ay, az, c, s, T)
             wx, wy, wz = turned(T, ax, ay, az)
-            column = columns[first_v[j]]
             column[0], column[1], column[2] = crossed(T[9], T[10], T[11], wx, wy, wz)
             column[3], column[4], column[5] = wx, wy, wz
+        if follows[j]:
+            follow(tree, columns, j)
+
+
+@compiled
+def follow(tree: Block, columns: np.ndarray, j: int) -> None:
+    """Turn the own column of joint j into that of its leader's speed; add what is above it."""
+    own, ratio = columns[integers(tree, FIRST_COLUMN)[j]], matrix(tree, LAW)[j, 0]
+    for i in range(6):
+        own[i] *= ratio
+    both = integers(tree, SUMMED)[j]
+    if both >= 0:
+        before = columns[integers(tree, ABOVE)[j]]
+        for i in range(6):
+            columns[both, i] = before[i] + own[i]
 
 
 @inlined
@@ -176,7 +210,10 @@ def weigh(tree: Block, state: Block) -> None:
     joints, columns, moments = matrix(state, JOINTS), matrix(state, COLUMNS), matrix(state, MOMENTS)
     mass, below, parent = matrix(tree, MASS), vector(tree, BELOW), integers(tree, PARENT)
     com, rows, first_v = vector(state, COM), matrix(state, COM_ROWS), integers(tree, FIRST_V)
-    count, nv = joints.shape[0], columns.shape[0]
+    first, width, follows = (
+        integers(tree, FIRST_COLUMN), integers(tree, WIDTH), integers(tree, FOLLOWS)
+    )  # fmt: skip
+    count = joints.shape[0]
     moments[0, 0] = moments[0, 1] = moments[0, 2] = 0.0
     for j in range(1, count):
         m = mass[j, 0]
@@ -191,15 +228,20 @@ def weigh(tree: Block, state: Block) -> None:
     for i in range(3):
         com[i] = moments[0, i] / total
     for j in range(1, count):
-        last = first_v[j + 1] if j + 1 < count else nv
-        for c in range(first_v[j], last):
+        for k in range(width[j]):
+            c, at = first[j] + k, first_v[j] + k
             x, y, z = crossed(
                 columns[c, 3], columns[c, 4], columns[c, 5],
                 moments[j, 0], moments[j, 1], moments[j, 2],
             )  # fmt: skip
-            rows[0, c] = (below[j] * columns[c, 0] + x) / total
-            rows[1, c] = (below[j] * columns[c, 1] + y) / total
-            rows[2, c] = (below[j] * columns[c, 2] + z) / total
+            x, y, z = (
+                (below[j] * columns[c, 0] + x) / total,
+                (below[j] * columns[c, 1] + y) / total,
+                (below[j] * columns[c, 2] + z) / total,
+            )
+            if follows[j]:  # its leader stands before it
+                x, y, z = x + rows[0, at], y + rows[1, at], z + rows[2, at]
+            rows[0, at], rows[1, at], rows[2, at] = x, y, z
 
 
 @compiled
@@ -210,17 +252,16 @@ def move_joints(tree: Block, state: Block) -> None:
     """
     v, columns, parent = vector(state, VELOCITY), matrix(state, COLUMNS), integers(tree, PARENT)
     speed, drift = matrix(state, VELOCITIES), matrix(state, ACCELERATIONS)
-    first_v, kind, nv = integers(tree, FIRST_V), integers(tree, KIND), columns.shape[0]
-    count = speed.shape[0]
+    first_v, kind, count = integers(tree, FIRST_V), integers(tree, KIND), speed.shape[0]
+    first, width = integers(tree, FIRST_COLUMN), integers(tree, WIDTH)
     for i in range(6):
         speed[0, i] = drift[0, i] = 0.0
     for j in range(1, count):
         p = parent[j]
-        last = first_v[j + 1] if j + 1 < count else nv
         for i in range(6):
             own = 0.0
-            for c in range(first_v[j], last):
-                own += columns[c, i] * v[c]
+            for k in range(width[j]):
+                own += columns[first[j] + k, i] * v[first_v[j] + k]
             speed[j, i] = own
             drift[j, i] = drift[p, i]
         if not (kind[j] == FREE or kind[j] == PLANAR):  # for a base the product is zero
@@ -270,14 +311,14 @@ def frame_rows(
     Only the columns that move the joint are written: the others are zero for good.
     """
     columns, chain = matrix(state, COLUMNS), integers(tree, CHAIN)
-    first = integers(tree, CHAIN_FIRST)[joint]
+    by, first = integers(tree, CHAIN_COLUMN), integers(tree, CHAIN_FIRST)[joint]
     px, py, pz = T[9], T[10], T[11]
     for k in range(first, first + integers(tree, CHAIN_COUNT)[joint]):
-        c = chain[k]
-        wx, wy, wz = columns[c, 3], columns[c, 4], columns[c, 5]
-        A[at, c] = columns[c, 0] + wy * pz - wz * py
-        A[at + 1, c] = columns[c, 1] + wz * px - wx * pz
-        A[at + 2, c] = columns[c, 2] + wx * py - wy * px
+        c, column = chain[k], columns[by[k]]
+        wx, wy, wz = column[3], column[4], column[5]
+        A[at, c] = column[0] + wy * pz - wz * py
+        A[at + 1, c] = column[1] + wz * px - wx * pz
+        A[at + 2, c] = column[2] + wx * py - wy * px
         A[at + 3, c], A[at + 4, c], A[at + 5, c] = wx, wy, wz
 
 
@@ -296,18 +337,18 @@ def add_point_row(
 ) -> None:  # fmt: skip
     """Add to A[at] the speed along `sign` n [3] of the point of a joint's body now at p [3]."""
     columns, chain = matrix(state, COLUMNS), integers(tree, CHAIN)
-    first = integers(tree, CHAIN_FIRST)[joint]
+    by, first = integers(tree, CHAIN_COLUMN), integers(tree, CHAIN_FIRST)[joint]
     nx, ny, nz = sign * n[0], sign * n[1], sign * n[2]
     mx, my, mz = crossed(p[0], p[1], p[2], nx, ny, nz)
     for k in range(first, first + integers(tree, CHAIN_COUNT)[joint]):
-        c = chain[k]
-        A[at, c] += (
-            nx * columns[c, 0]
-            + ny * columns[c, 1]
-            + nz * columns[c, 2]
-            + mx * columns[c, 3]
-            + my * columns[c, 4]
-            + mz * columns[c, 5]
+        column = columns[by[k]]
+        A[at, chain[k]] += (
+            nx * column[0]
+            + ny * column[1]
+            + nz * column[2]
+            + mx * column[3]
+            + my * column[4]
+            + mz * column[5]
         )
 
 

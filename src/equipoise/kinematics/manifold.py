@@ -9,7 +9,7 @@ import numpy as np
 from equipoise.compiled import compiled, scratch, scratch_matrix
 from equipoise.compiled.workspace import Block, integers
 from equipoise.kinematics.kernels import own_pose
-from equipoise.kinematics.tree import CONTINUOUS, FIRST_Q, FIRST_V, FREE, KIND, PLANAR
+from equipoise.kinematics.tree import CONTINUOUS, FIRST_Q, FIRST_V, FOLLOWS, FREE, KIND, PLANAR
 from equipoise.spatial.kernels import crossed, rotation_vector, turned, turned_back
 
 
@@ -17,8 +17,11 @@ from equipoise.spatial.kernels import crossed, rotation_vector, turned, turned_b
 def integrate(tree: Block, q: np.ndarray, v: np.ndarray, dt: float) -> None:
     """Move q [nq] on by v [nv] for dt [s]: what Pinocchio's `integrate` does."""
     kind, first_q, first_v = integers(tree, KIND), integers(tree, FIRST_Q), integers(tree, FIRST_V)
+    follows = integers(tree, FOLLOWS)
     for j in range(1, kind.shape[0]):
         k, c = first_q[j], first_v[j]
+        if follows[j]:  # it has no coordinate of its own
+            continue
         if kind[j] == FREE:
             integrate_free(q, k, v, c, dt)
         elif kind[j] == PLANAR:
@@ -93,8 +96,11 @@ def difference(tree: Block, q_from: np.ndarray, q: np.ndarray, out: np.ndarray) 
     `out` may not be one of the others.
     """
     kind, first_q, first_v = integers(tree, KIND), integers(tree, FIRST_Q), integers(tree, FIRST_V)
+    follows = integers(tree, FOLLOWS)
     for j in range(1, kind.shape[0]):
         k, c = first_q[j], first_v[j]
+        if follows[j]:  # it has no coordinate of its own
+            continue
         if kind[j] == FREE:
             difference_free(q_from, q, k, out, c)
         elif kind[j] == PLANAR:

@@ -19,7 +19,7 @@ from equipoise.kinematics.kernels import (
     SPINS,
     VELOCITIES,
 )
-from equipoise.kinematics.tree import BELOW, FIRST_V, INERTIA, MASS, PARENT
+from equipoise.kinematics.tree import BELOW, INERTIA, MASS, PARENT
 from equipoise.spatial.kernels import crossed, turned
 
 
@@ -106,15 +106,8 @@ def momentum_of(
 
 @compiled
 def momentum_column(tree: Block, state: Block, joint: int, c: int, out: np.ndarray) -> None:
-    """Write the momentum [6] that a unit of velocity c gives, which belongs to a joint."""
+    """Write the momentum [6] that a joint's own column c gives to what hangs on it."""
     momentum_of(
         vector(tree, BELOW)[joint], matrix(state, MOMENTS)[joint], matrix(state, SPINS)[joint],
         matrix(state, COLUMNS)[c], out,
     )  # fmt: skip
-
-
-@compiled
-def last_column(tree: Block, joint: int, nv: int) -> int:
-    """Return where the columns of a joint end."""
-    first_v = integers(tree, FIRST_V)
-    return first_v[joint + 1] if joint + 1 < first_v.shape[0] else nv

@@ -23,7 +23,7 @@ from equipoise.kinematics.kernels import (
     evaluate_more,
     frame_jacobian,
     frame_motion,
-    state_shapes,
+    state_of,
 )
 from equipoise.kinematics.tree import fill_frames, fill_tree, tree_of, tree_shapes
 from equipoise.spatial import POSE_SIZE, Array, pose_row
@@ -86,7 +86,7 @@ class KinematicsMemory:
         tree = next(iter(self.workspace.parts.values()))
         shapes = {
             "tree": tree_shapes(model.njoints, len(tree.chain), len(ids)),
-            "state": state_shapes(self.robot.nq, self.robot.nv, model.njoints, len(ids)),
+            "state": state_of(model, len(ids)),
         }
         workspace = Workspace(shapes)
         for name in tree:
@@ -262,7 +262,7 @@ def _memory_of(robot: Kinematic, frames: Sequence[int]) -> KinematicsMemory:
     workspace = Workspace(
         {
             "tree": tree_of(robot.model, frames),
-            "state": state_shapes(robot.nq, robot.nv, robot.model.njoints, len(frames)),
+            "state": state_of(robot.model, len(frames)),
         }
     )
     fill_tree(workspace.tree, robot.model, frames)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from equipoise.errors import InputError
 from equipoise.robots import Robot
+from equipoise.robots.dynamics import JointDynamics
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import positive, real_vector
 from equipoise.spatial.numbers import share as fraction
@@ -60,10 +60,8 @@ def advise_accelerations(
     if speed != np.inf:
         positive("speed", speed, "rad/s")
     q_0, base = real_vector("q_0", q_0, robot.nq), robot.nv_base
-    data = robot.model.createData()
-    M = pin.crba(robot.model, data, q_0)
-    M = np.triu(M) + np.triu(M, 1).T
-    hold = np.array(pin.computeGeneralizedGravity(robot.model, data, q_0))
+    dynamics = JointDynamics(robot.model)
+    M, hold = dynamics.inertia(q_0), dynamics.gravity(q_0)
     inertia, kin = np.diag(M)[base:].copy(), robot.at(q_0)
     soles = [kin.jacobian(sole.frame) for sole in robot.soles] if base == 6 else []
     for J in soles:

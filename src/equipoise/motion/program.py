@@ -18,7 +18,8 @@ from equipoise.hqp.solvers.active_set.memory import (
     search_shapes,
 )
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import state_shapes
+from equipoise.kinematics.followers import moved_by
+from equipoise.kinematics.kernels import state_of
 from equipoise.motion.memory import (
     CLOCK_RATE,
     NEEDS_BEFORE,
@@ -116,7 +117,7 @@ class MotionProgram:
         robot, nv = self.robot, self.robot.nv
         numbers = sum(len(one.task.numbers) for one in self.numbered)
         shapes = {
-            "reference": state_shapes(robot.nq, nv, robot.model.njoints, frames),
+            "reference": state_of(robot.model, frames),
             "targets": self.targets.shapes(),
             "contacts": self.contacts.shapes(),
             "tasks": task_shapes(
@@ -236,9 +237,9 @@ class MotionProgram:
             carriers = [
                 model.frames[self.robot.frame_id(frame)].parentJoint for frame in one.task.frames
             ]
-            supports = [model.joints[j] for c in carriers for j in list(model.supports[c])[1:]]
-            if supports:
-                part.last[one.rows] = max(joint.idx_v + joint.nv for joint in supports)
+            moving = [c for carrier in carriers for c in moved_by(model, carrier)]
+            if moving:
+                part.last[one.rows] = max(moving) + 1
         for row in np.flatnonzero(part.single >= 0):
             part.first[row], part.last[row] = part.single[row], part.single[row] + 1
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import pinocchio as pin
 
 from equipoise.errors import RobotFileError
+from equipoise.kinematics.followers import MIMIC, moving_joints
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,11 @@ def base_of(model: pin.Model) -> Base:
     return FLOATING if free else FIXED
 
 
+def actuated_joints(model: pin.Model) -> list[int]:
+    """Return the joints that have a coordinate of their own, after the base, in its order."""
+    return [j for j in moving_joints(model) if j >= base_of(model).first_joint]
+
+
 def require_joints_of_one_dof(model: pin.Model) -> None:
     """Refuse a model that is not a base followed by joints with one q and one v each.
 
@@ -64,7 +70,7 @@ def require_joints_of_one_dof(model: pin.Model) -> None:
             remedy="Say base: floating in the robot's YAML, or unlock a joint",
         )
     for joint, name in zip(model.joints[first:], list(model.names)[first:], strict=True):
-        if joint.nq != 1 or joint.nv != 1:
+        if (joint.nq, joint.nv) != (1, 1) and joint.shortname() != MIMIC:
             raise RobotFileError(
                 f"Joint {name!r} has {joint.nq} coordinates and {joint.nv} speeds, wanted 1 and 1",
                 given=joint.shortname(),

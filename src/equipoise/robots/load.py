@@ -9,9 +9,10 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import NameNotFoundError
-from equipoise.robots.base import FLOATING, base_of
+from equipoise.robots.base import FLOATING, actuated_joints, base_of
 from equipoise.robots.files.build import add_collision_pairs, take_hulls
 from equipoise.robots.files.check_model import check_model
+from equipoise.robots.files.couple import couple
 from equipoise.robots.files.described import Described
 from equipoise.robots.files.finding import WARNING, Finding, raise_errors, tell_warnings
 from equipoise.robots.files.mjcf.read import describe_mjcf
@@ -87,8 +88,10 @@ def _built(source: Source, described: Described) -> Robot:
 
     Raises: RobotFileError, NameNotFoundError.
     """
-    extras, model, collision = source.extras, described.model, described.collision
+    extras = source.extras
     place_base(described, extras.base_at)
+    couple(described)
+    model, collision = described.model, described.collision
     described.findings += take_hulls(model, collision)
     add_collision_pairs(model, collision, described.disabled)
     soles = tuple(Sole(**entry.model_dump()) for entry in extras.soles)
@@ -138,7 +141,7 @@ def half_sitting_configuration(
     low, high = model.lowerPositionLimit, model.upperPositionLimit
     q[base.nq :] = np.clip(0.0, low[base.nq :], high[base.nq :])
     names = list(model.names)
-    joints = names[base.first_joint :]
+    joints = [names[joint] for joint in actuated_joints(model)]
     for joint, angle in posture.items():
         if joint not in joints:
             raise NameNotFoundError(

@@ -14,7 +14,8 @@ import pinocchio as pin
 from equipoise.errors import InputError, NameNotFoundError, NonFiniteError
 from equipoise.given import require_kind
 from equipoise.kinematics import Kinematics, kinematics_at
-from equipoise.robots.base import Base, base_of, require_joints_of_one_dof
+from equipoise.kinematics.followers import followers_of, moved_by
+from equipoise.robots.base import Base, actuated_joints, base_of, require_joints_of_one_dof
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,24 @@ class Robot:
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Return the actuated joints in the order of v[nv_base:]."""
-        return tuple(self.model.names)[self.base.first_joint :]
+        return tuple(self.model.names[joint] for joint in self.actuated)
+
+    @cached_property
+    def actuated(self) -> tuple[int, ...]:
+        """Return Pinocchio's indices of the actuated joints, in the order of v[nv_base:].
+
+        Joints that follow others are left out: they have no coordinate of their own.
+        """
+        return tuple(actuated_joints(self.model))
+
+    @cached_property
+    def followers(self) -> Mapping[str, tuple[str, float, float]]:
+        """Return by name the joints that follow another: its name, ratio, and offset [rad or m]."""
+        names = self.model.names
+        return {
+            names[one.joint]: (names[one.leader], one.ratio, one.offset)
+            for one in followers_of(self.model)
+        }
 
     @cached_property
     def velocity_names(self) -> tuple[str, ...]:
@@ -192,12 +210,9 @@ class Robot:
 
         Raises: NameNotFoundError, InputError.
         """
-        chain = self.model.supports[self.model.frames[self.frame_id(frame)].parentJoint]
-        return tuple(
-            self.model.idx_vs[joint] - self.nv_base
-            for joint in chain
-            if joint >= self.base.first_joint
-        )
+        joint = self.model.frames[self.frame_id(frame)].parentJoint
+        base = self.nv_base
+        return tuple(c - base for c in moved_by(self.model, joint) if c >= base)
 
     def frame_id(self, frame: str | int) -> int:
         """Return Pinocchio's index of a frame by its name, or the index itself if there is one.

@@ -36,7 +36,7 @@ from equipoise.kinematics.kernels import (
     Q,
     place_frames,
     place_joints,
-    state_shapes,
+    state_of,
     weigh,
 )
 from equipoise.kinematics.manifold import difference
@@ -172,7 +172,7 @@ class Observer:
         self.workspace = Workspace(
             {
                 "tree": tree_of(robot.model, frames),
-                "state": state_shapes(robot.nq, robot.nv, robot.model.njoints, len(frames)),
+                "state": state_of(robot.model, len(frames)),
                 "targets": self.targets.shapes(),
                 "pairs": self.pairs.array_shapes(),
                 "seen": _seen_shapes(len(tasks), len(soles), len(contacts.contacts), edges),

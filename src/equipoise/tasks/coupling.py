@@ -8,31 +8,27 @@ from typing import Any
 import numpy as np
 
 from equipoise.compiled import compiled
-from equipoise.compiled.workspace import integers, vector
 from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import Q
-from equipoise.kinematics.tree import FIRST_Q
 from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_number, real_vector
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask, require_rate
-from equipoise.tasks.view import COUPLING, TaskView, first_actuated
+from equipoise.tasks.view import COUPLING, TaskView, joint_positions
 
 
 @compiled
 def coupling_rows(task: TaskView) -> None:
-    """Write `sum c_j v_j = rate * (value - sum c_j q_j)`; each row has its value and all c_j."""
-    q, first_q, numbers = vector(task.state, Q), integers(task.tree, FIRST_Q), task.numbers
-    first = first_actuated(task.tree)
-    na = first_q.shape[0] - first
+    """Write `sum c_j v_j = rate * (value - sum c_j q_j)`; see `JointCouplingTask.numbers`."""
+    numbers, na = task.numbers, int(task.numbers[-1])
+    q = joint_positions(task.state, na)
     for k in range(numbers.shape[0] // (na + 1)):
         start = k * (na + 1)
         left = numbers[start]
         for i in range(na):
-            left -= numbers[start + 1 + i] * q[first_q[first + i]]
+            left -= numbers[start + 1 + i] * q[i]
         task.lower[task.at + k] = task.upper[task.at + k] = task.rate * left
 
 
@@ -88,8 +84,9 @@ class JointCouplingTask(KernelTask):
 
     @property
     def numbers(self) -> Array:
-        """For each sum its value and the weights of all joints."""
-        return np.column_stack((self.values, self.weights)).ravel()
+        """For each sum its value and the weights of all joints; then how many joints there are."""
+        sums = np.column_stack((self.values, self.weights)).ravel()
+        return np.append(sums, self.weights.shape[1])
 
     def write_constants(self, A: Array, robot: Any) -> None:
         """Write the weights."""

@@ -13,8 +13,8 @@ from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import COM, MOMENTUM_RATE, VELOCITY
-from equipoise.kinematics.momentum import last_column, momentum_column, weigh_turning
-from equipoise.kinematics.tree import BELOW, FIRST_V
+from equipoise.kinematics.momentum import momentum_column, weigh_turning
+from equipoise.kinematics.tree import BELOW, FIRST_COLUMN, FIRST_V, FOLLOWS, WIDTH
 from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_number, require_period, share
@@ -33,22 +33,27 @@ def support_rows(task: TaskView) -> None:
     numbers, A, at = task.numbers, task.A, task.at
     v, rate = vector(task.state, VELOCITY), vector(task.state, MOMENTUM_RATE)
     first_v, mass = integers(task.tree, FIRST_V), vector(task.tree, BELOW)[0]
+    first, width = integers(task.tree, FIRST_COLUMN), integers(task.tree, WIDTH)
+    follows = integers(task.tree, FOLLOWS)
     weight = GRAVITY * mass
     weigh_turning(task.tree, task.state)
     height, dt, scale = numbers[HEIGHT], numbers[PERIOD], numbers[SCALE]
-    count, nv, p = (numbers.shape[0] - EDGES) // 3, v.shape[0], scratch(6)
+    count, p = (numbers.shape[0] - EDGES) // 3, scratch(6)
     for i in range(count + 1):
         task.lower[at + i], task.upper[at + i] = 0.0, np.inf
     for j in range(1, first_v.shape[0]):
-        for c in range(first_v[j], last_column(task.tree, j, nv)):
-            momentum_column(task.tree, task.state, j, c, p)
+        for k in range(width[j]):
+            momentum_column(task.tree, task.state, j, first[j] + k, p)
+            c = first_v[j] + k
+            if not follows[j]:  # who follows adds to its leader, which stands before it
+                A[at : at + count + 1, c] = 0.0
             Lx, Ly = p[3] + height * p[1], p[4] - height * p[0]
             for i in range(count):
                 n = numbers[EDGES + 3 * i : EDGES + 3 * i + 3]
                 value = scale * (n[2] * p[2] + n[0] * Ly - n[1] * Lx)
-                A[at + i, c] = value
+                A[at + i, c] += value
                 task.lower[at + i] += value * v[c]
-            A[at + count, c] = p[2] / mass
+            A[at + count, c] += p[2] / mass
             task.lower[at + count] += p[2] / mass * v[c]
     com = vector(task.state, COM)
     Mx = rate[3] + height * rate[1] + weight * com[1]

@@ -14,7 +14,7 @@ from equipoise.given import names_of
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import COLUMNS, FRAMES, add_point_row, clear_row
-from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST, FRAME_JOINT
+from equipoise.kinematics.tree import CHAIN, CHAIN_COLUMN, CHAIN_COUNT, CHAIN_FIRST, FRAME_JOINT
 from equipoise.spatial import Array
 from equipoise.spatial.kernels import rotation_difference, turned
 from equipoise.spatial.numbers import real_vector
@@ -38,7 +38,7 @@ def frame_axes_rows(task: TaskView) -> None:
     )
     joint = integers(task.tree, FRAME_JOINT)[task.frame]
     columns, chain = matrix(task.state, COLUMNS), integers(task.tree, CHAIN)
-    first = integers(task.tree, CHAIN_FIRST)[joint]
+    by, first = integers(task.tree, CHAIN_COLUMN), integers(task.tree, CHAIN_FIRST)[joint]
     last = first + integers(task.tree, CHAIN_COUNT)[joint]
     p, apart = scratch(3), scratch(6)
     x, y, z = turned(T, numbers[0], numbers[1], numbers[2])
@@ -55,7 +55,7 @@ def frame_axes_rows(task: TaskView) -> None:
             add_point_row(task.tree, task.state, joint, p, n, 1.0, A, at)
         else:
             for c in range(first, last):
-                w = columns[chain[c], 3:6]
+                w = columns[by[c], 3:6]
                 A[at, chain[c]] = n[0] * w[0] + n[1] * w[1] + n[2] * w[2]
         wanted = 0.0
         for i in range(3):

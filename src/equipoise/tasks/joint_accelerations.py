@@ -8,19 +8,16 @@ from typing import Any
 import numpy as np
 
 from equipoise.compiled import compiled, entrance
-from equipoise.compiled.workspace import integers, vector
 from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import VELOCITY, Q
-from equipoise.kinematics.tree import FIRST_Q, KIND
 from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, real_vector, require_period, share
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask, require_rate
 from equipoise.tasks.joint_rows import write_joint_rows
-from equipoise.tasks.view import JOINT_ACCELERATIONS, TaskView, first_actuated
+from equipoise.tasks.view import JOINT_ACCELERATIONS, TaskView, joint_positions, joint_speeds
 
 _NEAR = 1e-9  # [rad/s] bounds nearer than this are one
 
@@ -48,18 +45,15 @@ def approach_speed(room: float, rate: float, a: float, dt: float) -> float:
 @compiled
 def acceleration_rows(task: TaskView) -> None:
     """Write the bounds of each joint's velocity; see `JointAccelerationsTask.numbers`."""
-    q, v, numbers = vector(task.state, Q), vector(task.state, VELOCITY), task.numbers
-    first_q, first = integers(task.tree, FIRST_Q), first_actuated(task.tree)
-    na = (numbers.shape[0] - 1) // 4
-    dt, base = numbers[4 * na], v.shape[0] - na
-    for j in range(first, integers(task.tree, KIND).shape[0]):
-        i = j - first
-        angle, v_max, a = q[first_q[j]], numbers[2 * na + i], numbers[3 * na + i]
+    numbers, na = task.numbers, (task.numbers.shape[0] - 1) // 4
+    q, v, dt = joint_positions(task.state, na), joint_speeds(task.state, na), numbers[4 * na]
+    for i in range(na):
+        angle, v_max, a = q[i], numbers[2 * na + i], numbers[3 * na + i]
         low = -approach(angle - numbers[i], task.rate, a, dt)
         high = approach(numbers[na + i] - angle, task.rate, a, dt)
         if low > high:  # beyond one limit, and no room to brake for the other
             low = high = low if high < 0.0 else high
-        slowest, fastest = v[base + i] - a * dt, v[base + i] + a * dt
+        slowest, fastest = v[i] - a * dt, v[i] + a * dt
         low, high = min(max(low, -v_max), v_max), min(max(high, -v_max), v_max)
         task.lower[task.at + i] = min(max(low, slowest), fastest)
         task.upper[task.at + i] = min(max(high, slowest), fastest)

@@ -9,30 +9,26 @@ from typing import Any
 import numpy as np
 
 from equipoise.compiled import compiled
-from equipoise.compiled.workspace import integers, vector
 from equipoise.given import mapping_of, names_of
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.hqp.row_names import SPEED_LIMIT
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import Q
-from equipoise.kinematics.tree import FIRST_Q, KIND
 from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, share
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask, require_rate
 from equipoise.tasks.joint_rows import write_joint_rows
-from equipoise.tasks.view import JOINT_LIMITS, TaskView, first_actuated
+from equipoise.tasks.view import JOINT_LIMITS, TaskView, joint_positions
 
 
 @compiled
 def limit_rows(task: TaskView) -> None:
     """Write the bounds of each joint's velocity; the numbers are `JointLimitsTask.numbers`."""
-    q, first_q, numbers = vector(task.state, Q), integers(task.tree, FIRST_Q), task.numbers
-    first, na = first_actuated(task.tree), numbers.shape[0] // 3
-    for j in range(first, integers(task.tree, KIND).shape[0]):
-        i = j - first
-        angle, v_max = q[first_q[j]], numbers[2 * na + i]
+    numbers, na = task.numbers, task.numbers.shape[0] // 3
+    q = joint_positions(task.state, na)
+    for i in range(na):
+        angle, v_max = q[i], numbers[2 * na + i]
         low, high = task.rate * (numbers[i] - angle), task.rate * (numbers[na + i] - angle)
         task.lower[task.at + i] = min(max(low, -v_max), v_max)
         task.upper[task.at + i] = min(max(high, -v_max), v_max)

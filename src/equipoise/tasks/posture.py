@@ -5,28 +5,24 @@ from __future__ import annotations
 from typing import Any
 
 from equipoise.compiled import compiled
-from equipoise.compiled.workspace import integers, vector
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
-from equipoise.kinematics.kernels import Q
-from equipoise.kinematics.tree import FIRST_Q, KIND
 from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
 from equipoise.tasks.alone import alone_of
 from equipoise.tasks.base import KernelTask, require_rate
 from equipoise.tasks.joint_rows import write_joint_rows
-from equipoise.tasks.view import POSTURE, TaskView, first_actuated
+from equipoise.tasks.view import POSTURE, TaskView, joint_positions
 
 
 @compiled
 def posture_rows(task: TaskView) -> None:
     """Write `v_j = rate * (q_joints - q)_j` for each joint."""
-    q, first_q, lower = vector(task.state, Q), integers(task.tree, FIRST_Q), task.lower
-    first = first_actuated(task.tree)
-    for j in range(first, integers(task.tree, KIND).shape[0]):
-        i = j - first
-        lower[task.at + i] = task.rate * (task.numbers[i] - q[first_q[j]])
+    wanted, lower = task.numbers, task.lower
+    q = joint_positions(task.state, wanted.shape[0])
+    for i in range(wanted.shape[0]):
+        lower[task.at + i] = task.rate * (wanted[i] - q[i])
         task.upper[task.at + i] = lower[task.at + i]
 
 

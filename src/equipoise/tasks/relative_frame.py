@@ -14,7 +14,7 @@ from equipoise.hqp import Block as RowBlock
 from equipoise.hqp import Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import COLUMNS, FRAMES, add_point_row, clear_row
-from equipoise.kinematics.tree import CHAIN, CHAIN_COUNT, CHAIN_FIRST, FRAME_JOINT
+from equipoise.kinematics.tree import CHAIN, CHAIN_COLUMN, CHAIN_COUNT, CHAIN_FIRST, FRAME_JOINT
 from equipoise.spatial import Array
 from equipoise.spatial.kernels import compose, rotation_difference
 from equipoise.tasks.alone import alone_of
@@ -62,9 +62,9 @@ def add_turning_row(
 ) -> None:
     """Add to A[at] the angular velocity about `sign` n [3] of a joint's body."""
     columns, chain = matrix(state, COLUMNS), integers(tree, CHAIN)
-    first = integers(tree, CHAIN_FIRST)[joint]
+    by, first = integers(tree, CHAIN_COLUMN), integers(tree, CHAIN_FIRST)[joint]
     for k in range(first, first + integers(tree, CHAIN_COUNT)[joint]):
-        w = columns[chain[k], 3:6]
+        w = columns[by[k], 3:6]
         A[at, chain[k]] += sign * (n[0] * w[0] + n[1] * w[1] + n[2] * w[2])
 
 

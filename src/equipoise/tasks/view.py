@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from equipoise.compiled import inlined
-from equipoise.compiled.workspace import Block
-from equipoise.kinematics.tree import base_size
+from equipoise.compiled.workspace import Block, vector
+from equipoise.kinematics.kernels import VELOCITY, Q
 
 # kinds of tasks as kernels know them; the rows of a GIVEN one are written from Python
 GIVEN, FRAME_POSE, GAZE, COM_POLYGON, JOINT_LIMITS, POSTURE, AVOIDANCE = range(7)
@@ -37,6 +37,14 @@ class TaskView(NamedTuple):
 
 
 @inlined
-def first_actuated(tree: Block) -> int:
-    """Return the first joint that has a motor: after the base, where that moves."""
-    return 2 if base_size(tree) > 0 else 1
+def joint_positions(state: Block, na: int) -> np.ndarray:
+    """Return the coordinates [na] of the joints that have a motor: what follows the base."""
+    q = vector(state, Q)
+    return q[q.shape[0] - na :]
+
+
+@inlined
+def joint_speeds(state: Block, na: int) -> np.ndarray:
+    """Return the speeds [na] of the joints that have a motor."""
+    v = vector(state, VELOCITY)
+    return v[v.shape[0] - na :]

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 import scipy.linalg
 
 from equipoise.contacts import ContactStack
@@ -15,6 +14,7 @@ from equipoise.control.passivity.gains import Projector
 from equipoise.control.passivity.nearest import NearestVelocity
 from equipoise.errors import InputError
 from equipoise.robots import Robot
+from equipoise.robots.dynamics import JointDynamics
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, positive, real_vector, require_period
 from equipoise.spatial.numbers import share as fraction
@@ -152,13 +152,9 @@ def advise_for_postures(
 
 def random_postures(robot: Robot, q_0: Array, count: int, *, seed: int) -> list[Array]:
     """Return configurations (nq,) with the joints that carry no sole anywhere in their limits."""
-    model, rng = robot.model, np.random.default_rng(seed)
-    legs = {
-        joint
-        for sole in robot.soles
-        for joint in model.supports[model.frames[robot.frame_id(sole.frame)].parentJoint]
-    }
-    free = [i for i, name in enumerate(robot.joint_names) if model.getJointId(name) not in legs]
+    rng = np.random.default_rng(seed)
+    legs = {i for sole in robot.soles for i in robot.joints_between(sole.frame)}
+    free = [i for i in range(robot.na) if i not in legs]
     postures = []
     for _ in range(count):
         q = np.array(q_0, dtype=float)
@@ -182,8 +178,7 @@ def rotors_of(robot: Robot, inertia: float | Array) -> Array:
 
 def inertia_matrix(robot: Robot, q: Array) -> Array:
     """Return the joint-space inertia matrix M (nv, nv) at `q` (nq,)."""
-    M = pin.crba(robot.model, robot.model.createData(), q)
-    return np.triu(M) + np.triu(M, 1).T
+    return JointDynamics(robot.model).inertia(q)
 
 
 def delay_margin(kappa: float, alpha: float) -> float:

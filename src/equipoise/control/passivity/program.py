@@ -32,7 +32,7 @@ from equipoise.control.passivity.memory import (
 from equipoise.control.passivity.nearest import unroot_of
 from equipoise.errors import InputError
 from equipoise.hqp.solvers.active_set.memory import SEARCH_MEMORY
-from equipoise.kinematics.kernels import state_shapes
+from equipoise.kinematics.kernels import state_of
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
@@ -70,7 +70,7 @@ class LawProgram:
         """Return the arrays of the law's parts, for a tree with a number of frames."""
         robot = self.robot
         return {
-            "measured": state_shapes(robot.nq, robot.nv, robot.model.njoints, frames),
+            "measured": state_of(robot.model, frames),
             "law_contacts": self.contacts.shapes(),
             "law": law_shapes(self.sizes),
             **self.bounds.shapes(),

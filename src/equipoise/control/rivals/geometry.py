@@ -20,7 +20,7 @@ from equipoise.kinematics.kernels import (
     WITH_MOTION,
     evaluate,
     evaluate_more,
-    state_shapes,
+    state_of,
 )
 from equipoise.kinematics.state import Kinematics, KinematicsMemory
 from equipoise.kinematics.tree import fill_tree, tree_of
@@ -68,7 +68,7 @@ class ContactGeometry:
         self._workspace = Workspace(
             {
                 "tree": tree_of(model, frames),
-                "state": state_shapes(robot.nq, robot.nv, model.njoints, len(frames)),
+                "state": state_of(model, len(frames)),
                 "contacts": program.shapes(),
             }
         )

@@ -19,11 +19,11 @@ from equipoise.control.interface import (
     Reference,
 )
 from equipoise.control.passivity.law import require_support
-from equipoise.control.rivals.dynamics import NominalDynamics
 from equipoise.control.rivals.floor import Floor
 from equipoise.control.rivals.gains import RivalGains, require_slow_enough
 from equipoise.control.rivals.geometry import ContactGeometry, Rows
 from equipoise.robots import Robot
+from equipoise.robots.dynamics import JointDynamics
 from equipoise.spatial import Array, velocity_transport
 from equipoise.spatial.numbers import positive, real_array, real_vector, require_period, time_of
 
@@ -82,7 +82,7 @@ class Rival(ABC):
         self.robot, self.dt = robot, require_period(period)
         require_slow_enough(gains, self.dt)
         self.gains, self.handover = gains, positive("handover", handover, "s")
-        self.dynamics = NominalDynamics(robot)
+        self.dynamics = JointDynamics(robot.model)
         self._hold(contacts)
         self.reset()
 

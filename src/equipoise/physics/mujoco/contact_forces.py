@@ -31,7 +31,7 @@ from equipoise.contacts import (
 from equipoise.contacts.surfaces import Plane
 from equipoise.errors import NameNotFoundError
 from equipoise.kinematics import KinematicsEvaluator
-from equipoise.kinematics.kernels import FRAMES, Q, place_frames, place_joints, state_shapes
+from equipoise.kinematics.kernels import FRAMES, Q, place_frames, place_joints, state_of
 from equipoise.kinematics.tree import fill_tree, tree_of
 from equipoise.physics.mujoco.contact_pads import PadSensor, frames_of
 from equipoise.robots import Robot
@@ -144,7 +144,7 @@ def _memory(robot: Robot, frames: list[int], contacts: ContactStack) -> Workspac
     memory = Workspace(
         {
             "tree": tree_of(robot.model, frames),
-            "state": state_shapes(robot.nq, robot.nv, robot.model.njoints, pads),
+            "state": state_of(robot.model, pads),
             "contacts": shapes,
         }
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -20,6 +21,16 @@ from equipoise.spatial.kernels import turned, turned_back
 
 XYZW_FROM_WXYZ = np.array([1, 2, 3, 0])
 WXYZ_FROM_XYZW = np.array([3, 0, 1, 2])
+
+
+class FollowerPlace(NamedTuple):
+    """Where MuJoCo has a joint that follows number `leader` of ours, and by what law."""
+
+    qpos: int
+    dof: int
+    leader: int
+    ratio: float
+    offset: float
 
 
 class StateConversion:
@@ -39,6 +50,19 @@ class StateConversion:
         self.nq_base, self.nv_base = (7, 6) if floating else (0, 0)
         self.qpos_joints = np.array(qpos_joints, dtype=np.int64)
         self.dof_joints = np.array(dof_joints, dtype=np.int64)
+        self._followers: tuple[FollowerPlace, ...] = ()
+
+    def with_followers(self, followers: Sequence[FollowerPlace]) -> StateConversion:
+        """Let joints without a coordinate of ours be placed by their leaders; return this."""
+        self._followers = tuple(followers)
+        return self
+
+    def place_followers(self, qpos: Array, qvel: Array) -> None:
+        """Put the joints that follow others where these are, in MuJoCo's positions and speeds."""
+        for one in self._followers:
+            leader_q, leader_v = self.qpos_joints[one.leader], self.dof_joints[one.leader]
+            qpos[one.qpos] = one.ratio * qpos[leader_q] + one.offset
+            qvel[one.dof] = one.ratio * qvel[leader_v]
 
     def state(self, qpos: Array, qvel: Array) -> tuple[Array, Array]:
         """Return our configuration (nq,) and velocity (nv,) from MuJoCo's."""

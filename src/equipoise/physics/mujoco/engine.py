@@ -93,6 +93,7 @@ class MujocoEngine:
         simulated, conversion = self.simulated, self.model.conversion
         conversion.write_q(q, simulated.qpos)
         conversion.write_v(q, v, simulated.qvel)
+        conversion.place_followers(simulated.qpos, simulated.qvel)
         self.mujoco.mj_forward(self.model.compiled, simulated)
 
     def _prepare(self) -> None:

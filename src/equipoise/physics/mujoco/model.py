@@ -11,7 +11,7 @@ from equipoise.contacts import ContactStack
 from equipoise.errors import InputError, one_line
 from equipoise.kinematics import Kinematics
 from equipoise.physics.mujoco.contact_pads import PadSensor, add_floor, add_pad_bodies, add_pads
-from equipoise.physics.mujoco.conversion import StateConversion
+from equipoise.physics.mujoco.conversion import FollowerPlace, StateConversion
 from equipoise.physics.mujoco.names import of_joint
 from equipoise.physics.mujoco.objects import Surroundings
 from equipoise.physics.mujoco.options import MujocoOptions
@@ -112,6 +112,11 @@ def _add_light(mujoco: ModuleType, spec: Any) -> None:
 
 def _conversion(compiled: Any, robot: Robot) -> StateConversion:
     joints = [compiled.joint(of_joint(name)).id for name in robot.joint_names]
+    followers = []
+    for name, (leader, ratio, offset) in robot.followers.items():
+        joint = compiled.joint(of_joint(name)).id
+        places = int(compiled.jnt_qposadr[joint]), int(compiled.jnt_dofadr[joint])
+        followers.append(FollowerPlace(*places, robot.joint_index(leader), ratio, offset))
     return StateConversion(
         compiled.jnt_qposadr[joints], compiled.jnt_dofadr[joints], floating=robot.nv_base > 0
-    )
+    ).with_followers(followers)

@@ -9,6 +9,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from equipoise.kinematics.followers import axes_of
 from equipoise.physics.mujoco.conversion import quat_wxyz
 from equipoise.physics.mujoco.names import BASE, in_model, of_joint
 from equipoise.physics.mujoco.options import MujocoOptions
@@ -16,13 +17,13 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 
 LEAST_MASS, LEAST_INERTIA = 1e-9, 1e-12  # [kg], [kg m^2] of what has none between two joints
+STIFFEST = 2.0  # steps in which a joint comes back to its leader; MuJoCo takes no fewer
 WORLD_BIT, OBJECT_BIT, LINK_BIT, SURFACE_BIT, BALL_BIT = 1, 2, 4, 8, 16
 
 
 def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOptions) -> list[Any]:
     """Add the robot's tree; return MuJoCo's body of each Pinocchio joint, index 0 the world."""
-    model = robot.model
-    axes = joint_axes(robot)
+    model, axes = robot.model, axes_of(robot.model)
     bodies: list[Any] = [spec.worldbody]
     if any(inertia.mass <= 0.0 for inertia in model.inertias[1:]):  # several joints at one body
         spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
@@ -35,6 +36,7 @@ def add_robot(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOption
         else:
             _add_joint(mujoco, body, robot, joint, axes[joint], options)
         bodies.append(body)
+    _couple(mujoco, spec, robot, options)
     return bodies
 
 
@@ -43,35 +45,40 @@ def body_name(robot: Robot, joint: int) -> str:
     return BASE if joint < robot.base.first_joint else of_joint(robot.model.names[joint])
 
 
-def joint_axes(robot: Robot) -> dict[int, Array]:
-    """Return by joint its motion subspace (6,): twist in joint axes at unit speed."""
-    model = robot.model
-    q, context = pin.neutral(model), model.createData()
-    pin.computeJointJacobians(model, context, q)
-    axes = {}
-    for joint in range(robot.base.first_joint, model.njoints):
-        J = pin.getJointJacobian(model, context, joint, pin.ReferenceFrame.LOCAL)
-        axes[joint] = J[:, model.idx_vs[joint]].copy()
-    return axes
-
-
 def _add_joint(
     mujoco: ModuleType, body: Any, robot: Robot, joint: int, axis: Array, options: MujocoOptions
 ) -> None:
+    """Add a joint; one that follows another has no motor, losses and limits of its own."""
     turning = bool(np.abs(axis[3:]).max() > 0.5)
-    i = robot.model.idx_vs[joint] - robot.nv_base
     added = body.add_joint(
         name=of_joint(robot.model.names[joint]),
         type=mujoco.mjtJoint.mjJNT_HINGE if turning else mujoco.mjtJoint.mjJNT_SLIDE,
         axis=axis[3:] if turning else axis[:3],
-        frictionloss=options.joint_friction,
-        armature=options.armature + float(robot.model.armature[robot.model.idx_vs[joint]]),
     )
+    if joint not in robot.actuated:
+        return
+    i = robot.model.idx_vs[joint] - robot.nv_base
+    added.frictionloss = _like(added.frictionloss, options.joint_friction)
+    added.armature = options.armature + float(robot.model.armature[robot.model.idx_vs[joint]])
     added.damping = _like(added.damping, options.joint_damping)
     low, high = float(robot.q_min[i]), float(robot.q_max[i])
     if np.isfinite(low) and np.isfinite(high) and high - low < 1e3:
         added.limited = mujoco.mjtLimited.mjLIMITED_TRUE
         added.range = [low, high]
+
+
+def _couple(mujoco: ModuleType, spec: Any, robot: Robot, options: MujocoOptions) -> None:
+    """Tie joints to the ones that they follow, as stiffly as the steps allow."""
+    for name, (leader, ratio, offset) in robot.followers.items():
+        tie = spec.add_equality(
+            type=mujoco.mjtEq.mjEQ_JOINT,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            name1=of_joint(name),
+            name2=of_joint(leader),
+        )
+        tie.data[:2] = offset, ratio
+        tie.solref = [STIFFEST * spec.option.timestep, 1.0]
+        tie.solimp = [0.95, 0.99, 0.001, 0.5, 2.0]
 
 
 def _like(present: Any, value: float) -> Any:

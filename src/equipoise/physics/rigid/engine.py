@@ -17,7 +17,7 @@ from equipoise.compiled.workspace import Workspace
 from equipoise.contacts import ContactStack
 from equipoise.contacts.program import ContactProgram
 from equipoise.errors import InputError
-from equipoise.kinematics.kernels import state_shapes
+from equipoise.kinematics.kernels import state_of
 from equipoise.kinematics.state import Kinematics, KinematicsMemory
 from equipoise.kinematics.tree import fill_tree, tree_of
 from equipoise.physics.engine import DivergedError, PhysicsState, checked_torque
@@ -26,6 +26,7 @@ from equipoise.physics.pushed_object import PushedObject, PushedObjectMode, Push
 from equipoise.physics.rigid.kernels import accelerate, look, solve
 from equipoise.physics.rigid.memory import SINGULAR, SLIP, VIOLATION, dynamics_shapes
 from equipoise.robots import Robot
+from equipoise.robots.dynamics import JointDynamics
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, real_period, real_vector
 
@@ -96,7 +97,7 @@ class RigidContactEngine(NoObjects):
         self._work.settings[:4] = (
             self.h, position_gain / self.h**2, velocity_gain / self.h, options.proximal
         )  # fmt: skip
-        self._dynamics = robot.model.createData()
+        self._dynamics = JointDynamics(robot.model)
         self._state.q[:] = real_vector("q_start", q_start, robot.nq)
         if v_start is not None:
             self._state.v[:] = real_vector("v_start", v_start, robot.nv)
@@ -112,7 +113,7 @@ class RigidContactEngine(NoObjects):
         workspace = Workspace(
             {
                 "tree": tree_of(robot.model, frames),
-                "state": state_shapes(robot.nq, robot.nv, robot.model.njoints, len(frames)),
+                "state": state_of(robot.model, len(frames)),
                 "contacts": program.shapes(),
                 "work": dynamics_shapes(
                     contacts.size,
@@ -188,8 +189,8 @@ class RigidContactEngine(NoObjects):
         of the supporting contacts carries the base, nothing else is touched. That reaction is then
         what is measured before the first step.
         """
-        robot, still, base = self.robot, np.zeros(self.robot.nv), self.robot.nv_base
-        gravity = pin.rnea(robot.model, self._dynamics, self._state.q, still, still)
+        robot, base = self.robot, self.robot.nv_base
+        gravity = self._dynamics.gravity(self._state.q)
         rows = self.contacts.supporting_rows
         J = self.contacts.jacobian(robot.at(self._state.q, None, self._t))[rows]
         lam = np.linalg.lstsq(J[:, :base].T, gravity[:base], rcond=None)[0]
@@ -236,9 +237,9 @@ class RigidContactEngine(NoObjects):
 
     def _solve(self) -> None:
         """Solve (8) for the multipliers under the force that stands in the workspace."""
-        model, data, state, work = self.robot.model, self._dynamics, self._state, self._work
-        M = pin.crba(model, data, state.q).T  # Pinocchio fills the upper half
-        bias = pin.nonLinearEffects(model, data, state.q, state.v)
+        dynamics, state, work = self._dynamics, self._state, self._work
+        M = dynamics.inertia(state.q)
+        bias = dynamics.bias(state.q, state.v)
         solve(*self._entrance, M, bias)
         if work.outcome[0] == SINGULAR:
             kept = np.flatnonzero(work.active)

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from equipoise.contacts import Contact, ContactStack
 from equipoise.kinematics import Kinematics
 from equipoise.robots import Robot
+from equipoise.robots.dynamics import JointDynamics
 from equipoise.spatial import Array
 
 
@@ -34,8 +34,7 @@ def inelastic_impact(
     """
     stack = ContactStack(contacts)
     J = stack.jacobian(kin)
-    M = pin.crba(robot.model, robot.model.createData(), kin.q.copy())
-    M = np.triu(M) + np.triu(M, 1).T
+    M = JointDynamics(robot.model).inertia(kin.q.copy())
     half = np.linalg.solve(M, J.T)
     gap = J @ v - stack.rate(kin)
     p = np.asarray(np.linalg.lstsq(J @ half, -gap, rcond=1e-12)[0], dtype=np.float64)

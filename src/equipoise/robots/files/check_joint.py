@@ -47,8 +47,8 @@ def check_joint(report: Report, node: Node, name: str, parent: str, child: str) 
         report.warning(
             node,
             place,
-            f"it is coupled to joint {other} by <mimic>, which is not followed: both are locked",
-            remedy="Lock it by itself (locked, in the robot's YAML) to move the other alone",
+            f"it follows joint {other} by <mimic>, which does not exist: it is locked",
+            remedy="Correct the name of its leader",
         )
     return clean
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from equipoise.robots.base import base_of
+from equipoise.robots.base import actuated_joints, base_of
+from equipoise.robots.dynamics import JointDynamics
 from equipoise.robots.files.finding import ERROR, Finding
 from equipoise.robots.files.values import LIMIT_SLACK
 
@@ -36,8 +37,7 @@ def check_model(model: pin.Model, q_half_sitting: np.ndarray) -> list[Finding]:
 
 def inertia_problem(model: pin.Model, q: np.ndarray) -> str:
     """Return what is wrong with the inertia matrix at q (nq,), or nothing."""
-    upper = np.triu(pin.crba(model, model.createData(), q))
-    matrix = upper + np.triu(upper, 1).T
+    matrix = JointDynamics(model).inertia(q)
     diagonal = np.diag(matrix)
     if not np.isfinite(matrix).all():
         return "the inertia matrix is not finite"
@@ -48,6 +48,10 @@ def inertia_problem(model: pin.Model, q: np.ndarray) -> str:
     if not smallest > SMALLEST_EIGENVALUE:
         return f"the inertia matrix is not positive definite (smallest eigenvalue {smallest:.1e})"
     return ""
+
+
+def _names(model: pin.Model) -> list[str]:
+    return [model.names[joint] for joint in actuated_joints(model)]
 
 
 def _check_limits(model: pin.Model) -> list[Finding]:
@@ -61,7 +65,7 @@ def _check_limits(model: pin.Model) -> list[Finding]:
     return [
         Finding(ERROR, f"joint {name!r}", f"its {kind} limits are not usable", given=f"{value}")
         for kind, values in rows.items()
-        for name, value in zip(list(model.names)[base.first_joint :], values, strict=True)
+        for name, value in zip(_names(model), values, strict=True)
         if not (np.isfinite(value) and value > 0.0)
     ]
 
@@ -71,7 +75,7 @@ def _check_posture(model: pin.Model, q: np.ndarray) -> list[Finding]:
     findings = []
     low, high = model.lowerPositionLimit, model.upperPositionLimit
     base = base_of(model)
-    for index, name in enumerate(list(model.names)[base.first_joint :], start=base.nq):
+    for index, name in enumerate(_names(model), start=base.nq):
         if not low[index] - LIMIT_SLACK <= q[index] <= high[index] + LIMIT_SLACK:
             findings.append(
                 Finding(

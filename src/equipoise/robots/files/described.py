@@ -8,6 +8,7 @@ import pinocchio as pin
 
 from equipoise.robots.base import Base
 from equipoise.robots.files.finding import Finding
+from equipoise.robots.files.laws import Law
 
 Pairs = set[tuple[str, str]]
 
@@ -17,7 +18,8 @@ class Described:
     """Models of a robot, its postures (name -> joint -> coordinate), and what was found.
 
     `disabled` are the pairs of links whose collisions are not looked at; `start` names the posture
-    to begin with, if there is one. `coupled` joints were locked: a posture may name them.
+    to begin with, if there is one. `laws` tell which joints follow others. `coupled` are those, and
+    what was locked because its leader is: a posture may name them, and says nothing.
     """
 
     name: str
@@ -30,3 +32,4 @@ class Described:
     start: str | None = None
     findings: list[Finding] = field(default_factory=list)
     coupled: set[str] = field(default_factory=set)
+    laws: list[Law] = field(default_factory=list)

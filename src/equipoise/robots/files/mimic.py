@@ -1,66 +1,62 @@
-"""Locks joints that a URDF couples by <mimic>: nothing here moves two joints by one motor.
-
-A leader that moved without its followers would be another mechanism than the robot's. So the whole
-group is locked where half-sitting has its leader, and that is told.
-"""
+"""Reads which joints of a URDF follow another by <mimic>; locks those whose leader is fixed."""
 
 from __future__ import annotations
 
 import math
+from fnmatch import fnmatchcase
 
 from equipoise.robots.files.check_joint import MOVING
 from equipoise.robots.files.description import Node
 from equipoise.robots.files.extras_schema import Extras
+from equipoise.robots.files.laws import Law, resolved
 from equipoise.robots.files.supplement import lock, range_of
 from equipoise.robots.files.values import DECIMAL
 
 
-def lock_coupled(tree: Node, extras: Extras) -> set[str]:
-    """Lock every joint that follows another, and its leader; return their names.
+def take_laws(tree: Node, extras: Extras) -> tuple[list[Law], set[str]]:
+    """Take the <mimic> out of every joint that can follow; return the laws, and who was locked.
 
-    What the YAML locked already stays as it is, untold. The others keep their <mimic>, which the
-    check tells of.
+    A follower that the YAML locks follows nothing, and its leader moves without it. One whose
+    leader is fixed, or locked there, is locked where that puts it. One whose leader does not exist
+    is locked at zero, and keeps its <mimic>, which the check tells of.
     Raises: RobotFileError.
     """
     joints = {node.get("name", ""): node for node in tree.findall("joint")}
-    leaders: dict[str, float] = {}
-    locked: set[str] = set()
+    laws, mimics = [], {}
     for name, node in joints.items():
         mimic = node.find("mimic")
-        if mimic is None:
+        if mimic is None or node.get("type") not in MOVING:
             continue
-        if node.get("type") not in MOVING:  # the YAML locked it by itself: it follows nothing
-            node.remove(mimic)
+        mimics[name] = mimic
+        ratio, offset = _number(mimic, "multiplier", 1.0), _number(mimic, "offset", 0.0)
+        laws.append(Law(name, mimic.get("joint", ""), ratio, offset))
+    follows, locked = [], set()
+    for law in resolved(laws):
+        node, leader = joints[law.follower], joints.get(law.leader)
+        moves = leader is not None and leader.get("type") in MOVING
+        if moves and law.ratio != 0.0:
+            node.remove(mimics[law.follower])
+            follows.append(law)
             continue
-        leader = mimic.get("joint", "")
-        value = leaders.setdefault(leader, _posture(leader, joints.get(leader), extras))
-        follows = _number(mimic, "multiplier", 1.0) * value + _number(mimic, "offset", 0.0)
-        _lock(node, follows)
-        node.append(mimic)
-        locked.add(name)
-    for leader, value in leaders.items():
-        led = joints.get(leader)
-        if led is not None and led.get("type") in MOVING:
-            _lock(led, value)
-            locked.add(leader)
-    return locked
+        low, high = range_of(node)
+        value = law.ratio * _locked_at(law.leader, extras) + law.offset
+        lock(node, min(max(value, low), high) if low <= high else value)
+        locked.add(law.follower)
+        if leader is None:
+            node.append(mimics[law.follower])
+    for node in joints.values():  # what the YAML locked, and what was fixed in the file
+        if node.get("type") not in MOVING and node.get("name") not in locked:
+            for mimic in node.findall("mimic"):
+                node.remove(mimic)
+    return follows, locked
 
 
-def _posture(name: str, node: Node | None, extras: Extras) -> float:
-    """Return where a leader is at half-sitting, or locked; zero or the nearest it can have."""
-    for given in (extras.locked, extras.half_sitting or {}):
-        if name in given:
-            return given[name]
-    return _within(node, 0.0) if node is not None and node.get("type") in MOVING else 0.0
-
-
-def _lock(node: Node, value: float) -> None:
-    lock(node, _within(node, value))
-
-
-def _within(node: Node, value: float) -> float:
-    low, high = range_of(node)
-    return min(max(value, low), high) if low <= high else value
+def _locked_at(name: str, extras: Extras) -> float:
+    """Return where the YAML locks a joint, zero where it says nothing."""
+    if name in extras.locked:
+        return extras.locked[name]
+    patterns = (v for pattern, v in extras.locked.items() if fnmatchcase(name, pattern))
+    return next(patterns, 0.0)
 
 
 def _number(node: Node, key: str, default: float) -> float:

@@ -10,7 +10,8 @@ from equipoise.errors import RobotFileError
 from equipoise.robots.files.description import Node, read_description
 from equipoise.robots.files.extras import read_extras
 from equipoise.robots.files.extras_schema import Extras, SourceEntry
-from equipoise.robots.files.mimic import lock_coupled
+from equipoise.robots.files.laws import Law
+from equipoise.robots.files.mimic import take_laws
 from equipoise.robots.files.supplement import supplement
 
 YAML = (".yaml", ".yml")
@@ -30,14 +31,15 @@ class Source:
     srdf: Path | None
     extras: Extras
 
-    def tree(self) -> tuple[Node, set[str]]:
+    def tree(self) -> tuple[Node, list[Law], set[str]]:
         """Return the URDF's tree, completed and corrected as the YAML says.
 
-        Joints that the file couples by <mimic> are locked in it: the second part names them.
+        The second part are the joints that follow others, the third those that were locked with
+        their leader.
         Raises: RobotFileError, NameNotFoundError.
         """
         tree = supplement(read_description(self.urdf), self.extras)
-        return tree, lock_coupled(tree, self.extras)
+        return tree, *take_laws(tree, self.extras)
 
 
 def find_source(

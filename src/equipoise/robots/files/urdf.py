@@ -31,7 +31,7 @@ def describe_urdf(
 
     Raises: RobotFileError with what is wrong, NameNotFoundError.
     """
-    tree, coupled = source.tree()
+    tree, laws, locked = source.tree()
     tree, kind = take_base(tree, base)
     checked, findings = check_tree(tree, source.urdf, package_dirs, kind)
     raise_errors(source.urdf, findings)
@@ -46,7 +46,7 @@ def describe_urdf(
     return Described(
         checked.get("name") or source.urdf.stem, model, collision, visual, kind, disabled,
         postures, HALF_SITTING if HALF_SITTING in postures else None,
-        [*findings, *unknown_links(source.srdf, semantics, model)], coupled,
+        [*findings, *unknown_links(source.srdf, semantics, model)], locked, laws,
     )  # fmt: skip
 
 

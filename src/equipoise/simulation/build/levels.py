@@ -170,9 +170,7 @@ def _frame_path(
     )
 
 
-def _along(
-    name: str, spec: schema.AlongSpec, path: PoseTrajectory, setup: Setup
-) -> PoseTrajectory:
+def _along(name: str, spec: schema.AlongSpec, path: PoseTrajectory, setup: Setup) -> PoseTrajectory:
     """Return a path that goes along with the slider or the walk that the task names."""
     if spec.travel_of is not None:
         check_target(setup, spec.travel_of, f"tasks.{name}.travel_of")

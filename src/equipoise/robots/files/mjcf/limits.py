@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,9 +30,12 @@ class JointLimits:
 
 
 def limits_of(
-    compiled: Any, corrections: dict[str, LimitEntry]
+    compiled: Any, corrections: dict[str, LimitEntry], following: Collection[str] = ()
 ) -> tuple[dict[int, JointLimits], list[Finding]]:
-    """Return the limits by joint, and what had to be assumed, each told once."""
+    """Return the limits by joint, and what had to be assumed, each told once.
+
+    Of joints that are `following` others nothing is told: these are driven by their leaders.
+    """
     found: dict[int, JointLimits] = {}
     slow, weak, idle, endless = [], [], [], []
     for joint in range(compiled.njnt):
@@ -45,9 +49,10 @@ def limits_of(
             lower = -upper
             endless += [] if turning or given.lower is not None else [name]
         effort, driven = effort_of(compiled, joint)
-        idle += [] if driven else [name]
-        weak += [] if given.effort or effort or not driven else [name]
-        slow += [] if given.velocity else [name]
+        if name not in following:
+            idle += [] if driven else [name]
+            weak += [] if given.effort or effort or not driven else [name]
+            slow += [] if given.velocity else [name]
         found[joint] = JointLimits(
             lower if given.lower is None else given.lower,
             upper if given.upper is None else given.upper,

@@ -23,6 +23,7 @@ from equipoise.robots.files.mjcf.compiled import (
     compile_mjcf,
     joint_name,
 )
+from equipoise.robots.files.mjcf.laws import lock_followers, not_followed, read_laws
 from equipoise.robots.files.mjcf.limits import limits_of
 from equipoise.robots.files.mjcf.shapes import build_shapes, excluded
 from equipoise.robots.files.mjcf.text import read_mjcf
@@ -31,7 +32,6 @@ from equipoise.robots.files.values import LIMIT_SLACK
 
 STARTS = ("half_sitting", "stand", "home")  # keyframes to begin with; else the first one
 NOT_HERE = ("inertials", "shapes", "cylinders_are_capsules")
-EQUALITIES = ("connect", "weld", "joint", "tendon", "flex", "flexvert", "flexstrain")
 
 
 def describe_mjcf(path: Path, extras: Extras, base: str | None) -> Described:
@@ -48,23 +48,26 @@ def describe_mjcf(path: Path, extras: Extras, base: str | None) -> Described:
     compiled = compile_mjcf(read_mjcf(path), path)
     in_file, root = base_in_file(compiled, path)
     findings = _without_armature_of_base(compiled)
-    limits, told = limits_of(compiled, extras.limits)
+    found = read_laws(compiled, set(_locked(compiled, extras)))
+    limits, told = limits_of(compiled, extras.limits, {law.follower for law in found.laws})
     require_agreement(compiled, build_tree(compiled, in_file, root, limits, {}), path)
     wanted = BASES[base] if base is not None else in_file
     if wanted is FLOATING and in_file is FIXED:
         root = _only_tree(compiled, path)
     locked = _locked(compiled, extras)
+    laws, locked = lock_followers(compiled, found.laws, {**found.held, **locked})
     tree = build_tree(compiled, wanted, 0 if wanted is FIXED else root, limits, locked)
     collision, visual = build_shapes(compiled, tree)
     _add_frames(tree, extras)
     postures = keyframes(compiled, tree)
     start = next((name for name in (*STARTS, *postures) if name in postures), None)
     disabled = neighbouring_links(tree.model, collision) | excluded(compiled)
-    findings += [*told, *_equalities(compiled), *tree.findings]
+    findings += [*told, *not_followed(compiled, found.unused), *tree.findings]
     name = compiled.names[: compiled.names.index(b"\0")].decode("utf-8", "replace")
     return Described(
-        name, tree.model, collision, visual, wanted, disabled, postures, start, findings
-    )
+        name, tree.model, collision, visual, wanted, disabled, postures, start, findings,
+        laws=laws,
+    )  # fmt: skip
 
 
 def keyframes(compiled: Any, tree: Tree) -> dict[str, dict[str, float]]:
@@ -160,20 +163,3 @@ def _add_frames(tree: Tree, extras: Extras) -> None:
         T = above.placement * pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.array(xyz))
         frame = pin.Frame(name, above.parentJoint, known[on], T, pin.FrameType.OP_FRAME)
         known[name] = model.addFrame(frame, False)
-
-
-def _equalities(compiled: Any) -> list[Finding]:
-    """Tell of the constraints that close loops or couple joints: nothing here follows them."""
-    found = []
-    for k in range(compiled.neq):
-        kind = EQUALITIES[int(compiled.eq_type[k])]
-        name = str(compiled.equality(k).name) or f"{kind} {k}"
-        found.append(
-            Finding(
-                WARNING,
-                f"equality {name!r}",
-                f"a constraint of kind {kind} is not followed: its joints count as free of it",
-                "Lock its joints in the robot's YAML (locked), or leave it to the scenario",
-            )
-        )
-    return found

@@ -47,8 +47,8 @@ def walk(walker, ground=lambda step: 0.0, miss=lambda step: np.zeros(3), most=30
     """Let a robot without a body walk: it is where it is wanted, and the ground is where it is.
 
     `ground(step)` [m] is how high the floor is where a step lands, over the plan; `miss(step)` (3,)
-    [m] by how much the foot is off when it lands; `bounced()` is a foot that carries nothing although
-    it landed. Returns the rows of the targets of every tick.
+    [m] by how much the foot is off when it lands; `bounced()` is a foot that landed and carries
+    nothing. Returns the rows of the targets of every tick.
     """
     rows, t = [], 0.0
     while t < most and not walker.stands:

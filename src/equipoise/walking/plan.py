@@ -112,8 +112,9 @@ class WalkPlanner:
         """Return the plan from the touchdown at time `t` [s] of a plan on.
 
         `stance` is where the feet are now, `steps` are those that follow, of which `number` is the
-        first; `wait` [s] is how much later the touchdown was planned. Centre of mass, its velocity and acceleration, height and heading go on without a
-        jump, so that an error of a landing is not carried along.
+        first; `wait` [s] is how much later the touchdown was planned. Centre of mass, its velocity
+        and acceleration, height and heading go on without a jump, so that an error of a landing is
+        not carried along.
         """
         state = plan.centre.at(t)
         planned = self._timed(steps, t + wait + self._between, number)

@@ -9,7 +9,8 @@ import pytest
 from equipoise.errors import InputError
 from equipoise.walking.clock import WalkClock
 from equipoise.walking.feet import level_pose
-from equipoise.walking.swing import Glide, Swing, SwingShape
+from equipoise.walking.landing import Glide, Probe
+from equipoise.walking.swing import Swing, SwingShape
 from equipoise.walking.tracks import Track
 
 FROM = level_pose(0.1, 0.09, 0.0, 0.2)
@@ -24,14 +25,18 @@ def body(sample):
     return sample.T_world_sole, sample.twist, sample.acceleration
 
 
-@pytest.mark.parametrize("path", [a_swing(), Glide(a_swing().at(1.79), FROM, 1.79, 0.12)])
-def test_twist_is_the_rate_of_the_pose_and_has_no_jump(path):
+@pytest.mark.parametrize(
+    ("path", "begin"),
+    [
+        (a_swing(), 1.0),
+        (Glide(a_swing().at(1.79), FROM, 1.79, 0.12, 0.04, 0.1), 1.79),
+        (Probe(a_swing().at(1.6), 1.6, 0.04, 0.05, 1.0), 1.6),
+    ],
+)
+def test_twist_is_the_rate_of_the_pose_and_has_no_jump(path, begin):
     h = 1e-5
-    begin = path.lift if isinstance(path, Swing) else path.start
-    for t in np.linspace(begin - 0.01, begin + path.duration + 0.01, 400):
+    for t in np.linspace(begin + 2e-5, begin + 0.4, 400):
         (T0, *_), (_, twist, _), (T1, *_) = (body(path.at(t + d)) for d in (-h, 0.0, h))
-        if isinstance(path, Glide) and t <= path.start + h:
-            continue
         rate = (T1.translation - T0.translation) / (2.0 * h)
         turn = pin.log3(T1.rotation @ T0.rotation.T) / (2.0 * h)
         assert np.allclose(twist[:3], rate, atol=2e-4)
@@ -67,6 +72,27 @@ def test_it_searches_straight_down_for_as_far_as_it_is_told():
     far = swing.at(10.0)
     assert far.T_world_sole.translation[2] == pytest.approx(-SHAPE.search)
     assert np.abs(far.twist).max() == 0.0
+
+
+def test_a_foot_that_landed_stops_by_half_of_its_way_and_stays_until_its_load_comes():
+    begin = a_swing().at(1.6)
+    path = Glide(begin, FROM, 1.6, 0.12, 0.04, 0.1)
+    there = begin.T_world_sole.translation + 0.5 * 0.04 * begin.twist[:3]
+    for t in (1.64, 1.7, 1.74):
+        assert np.allclose(path.at(t).T_world_sole.translation, there, atol=1e-12)
+        assert np.abs(path.at(t).twist).max() < 1e-12
+    for t in (path.rests_from, 2.0):
+        assert np.allclose(path.at(t).T_world_sole.homogeneous, FROM.homogeneous, atol=1e-12)
+
+
+def test_a_foot_that_came_off_goes_straight_down_as_far_as_it_is_told():
+    path = Probe(a_swing().at(1.6), 1.6, 0.04, 0.05, 0.02)
+    slow = path.at(path.slow_from).T_world_sole.translation
+    assert np.allclose(path.at(path.slow_from + 0.2).twist, [0, 0, -0.05, 0, 0, 0], atol=1e-12)
+    for t, gone in ((0.2, 0.01), (5.0, 0.02)):
+        here = path.at(path.slow_from + t).T_world_sole.translation
+        assert np.allclose(here, slow - [0.0, 0.0, gone], atol=1e-12)
+    assert np.abs(path.at(9.0).twist).max() == 0.0
 
 
 def test_the_greatest_speed_and_acceleration_across_are_the_formulas():

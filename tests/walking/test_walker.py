@@ -66,6 +66,32 @@ def test_ground_that_is_lower_or_higher_is_found_and_taken(height):
     require_smooth(rows, 2e-3, 60.0)
 
 
+def test_a_foot_that_lands_early_and_comes_off_goes_down_again():
+    """Ground that is 2 cm higher throws it off once; then it is free, and the plan waits for it."""
+    walker = walker_of(PLANNER, STEPS)
+
+    def bounced():
+        return LEFT if len(kinds(walker, "touch")) == 2 and not kinds(walker, "bounce") else None
+
+    rows = walk(walker, ground=lambda step: (0.02 - 0.006 * bool(kinds(walker, "bounce")))
+                * (step.number == 2), bounced=bounced)  # fmt: skip
+    one = [event for event in walker.events if event.step == 2]
+    assert [event.kind for event in one] == ["lift", "touch", "bounce", "touch"]
+    assert one[1].early > one[3].early
+    assert one[2].t - one[1].t == pytest.approx(walker.touch.bounce, abs=2 * DT)
+    assert len(kinds(walker, "lift")) == 6
+    third = kinds(walker, "lift")[2].t
+    assert third >= one[3].t + one[3].early + SETTINGS.timing.double - 2 * DT
+    require_smooth(rows, 2e-3, 60.0)
+
+
+def test_a_foot_that_lands_when_it_should_is_not_let_go_again():
+    """Just before the load goes over it is too late, whatever the sensor says."""
+    walker = walker_of(PLANNER, STEPS)
+    walk(walker, bounced=lambda: LEFT if len(kinds(walker, "touch")) == 2 else None)
+    assert not kinds(walker, "bounce")
+
+
 def test_errors_of_landings_do_not_grow(rng):
     """However far each foot is off, the last one is off by its own error alone."""
     misses = rng.uniform(-0.008, 0.008, size=(13, 3)) * [1.0, 1.0, 0.0]

@@ -42,11 +42,13 @@ def walker_of(planner, steps, stance=STANCE):
     return Walker(planner, plan, TouchSettings(0.03 * WEIGHT), targets)
 
 
-def walk(walker, ground=lambda step: 0.0, miss=lambda step: np.zeros(3), most=30.0, each=None):
+def walk(walker, ground=lambda step: 0.0, miss=lambda step: np.zeros(3), most=30.0, each=None,
+         bounced=lambda: None):  # fmt: skip
     """Let a robot without a body walk: it is where it is wanted, and the ground is where it is.
 
     `ground(step)` [m] is how high the floor is where a step lands, over the plan; `miss(step)` (3,)
-    [m] by how much the foot is off when it lands. Returns the rows of the targets of every tick.
+    [m] by how much the foot is off when it lands; `bounced()` is a foot that landed and carries
+    nothing. Returns the rows of the targets of every tick.
     """
     rows, t = [], 0.0
     while t < most and not walker.stands:
@@ -58,6 +60,8 @@ def walk(walker, ground=lambda step: 0.0, miss=lambda step: np.zeros(3), most=30
             floor = step.footstep.T_world_sole.translation[2] + ground(step)
             loads[foot] = WEIGHT if soles[foot].translation[2] <= floor + 1e-12 else 0.0
             soles[foot].translation += miss(step)
+        elif bounced() is not None:
+            loads[bounced()] = 0.0
         walker.advance(t, DT, loads, lambda soles=tuple(soles): soles)
         if each is not None:
             each(t)

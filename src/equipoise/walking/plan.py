@@ -122,17 +122,22 @@ class WalkPlanner:
         return WalkPlan(stance, planned, self._path(start, at_rest, moves), ground, heading)
 
     def go_on(
-        self, plan: WalkPlan, t: float, stance: Stance, steps: Sequence[Footstep], number: int
+        self,
+        plan: WalkPlan,
+        t: float,
+        stance: Stance,
+        steps: Sequence[Footstep],
+        number: int,
+        wait: float = 0.0,
     ) -> WalkPlan:
         """Return the plan from the touchdown at time `t` [s] of a plan on.
 
         `stance` is where the feet are now, `steps` are those that follow, of which `number` is the
-        first. Centre of mass, its velocity and acceleration, height and heading go on without a
-        jump, so that an error of a landing is not carried along.
+        first; `wait` [s] is how much later the touchdown was planned. Centre of mass, its velocity
+        and acceleration, height and heading go on without a jump, so that an error of a landing is
+        not carried along.
         """
         state = plan.centre.at(t)
-        landed = [one.land for one in plan.steps if one.number == number - 1]
-        wait = max(landed[0] - t, 0.0) if landed else 0.0
         planned = self._timed(steps, t + wait + self._between, number)
         ground, heading = plan.ground.before(t), plan.heading.before(t)
         end = t + wait + self.settings.timing.double

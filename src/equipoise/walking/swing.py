@@ -134,36 +134,7 @@ class Swing:
             return float(self.T_from.translation[2]), 0.0, 0.0
         up = t < self._turning
         powers, since = (self._up, self.lift) if up else (self._down, self._turning)
-        return _with_derivatives(powers, t - since)
-
-
-class Glide:
-    """A foot on the ground whose reference is led to where it stands, from where it was.
-
-    From pose and twist of the moment `start` [s] to rest at `T_to` within `duration` [s].
-    """
-
-    def __init__(self, begin: FootSample, T_to: pin.SE3, start: float, duration: float) -> None:
-        self.T_to, self.start, self.duration = T_to, start, duration
-        self.rests_from = start + duration
-        self._R = T_to.rotation
-        apart = pin.log3(self._R.T @ begin.T_world_sole.rotation)
-        rate = pin.Jlog3(pin.exp3(apart)) @ (begin.T_world_sole.rotation.T @ begin.twist[3:])
-        offset = np.concatenate((begin.T_world_sole.translation - T_to.translation, apart))
-        first = np.array([offset, np.concatenate((begin.twist[:3], rate)), np.zeros(6)])
-        self._powers = powers_between(duration, first, np.zeros((3, 6)))
-
-    def at(self, t: float) -> FootSample:
-        """Return the foot at time `t` [s]; the acceleration is that across and upwards only."""
-        s = min(max(t - self.start, 0.0), self.duration)
-        x, v, a = _with_derivatives(self._powers, s)
-        R = self._R @ pin.exp3(x[3:])
-        spin = R @ (pin.Jexp3(x[3:]) @ v[3:])
-        return FootSample(
-            pin.SE3(R, self.T_to.translation + x[:3]),
-            np.concatenate((v[:3], spin)),
-            np.concatenate((a[:3], np.zeros(3))),
-        )
+        return with_derivatives(powers, t - since)
 
 
 class Standing:
@@ -179,10 +150,7 @@ class Standing:
         return FootSample(self.T_to, np.zeros(6), np.zeros(6))
 
 
-FootPath = Swing | Glide | Standing
-
-
-def _with_derivatives(powers: Array, s: float) -> tuple:  # type: ignore[type-arg]
+def with_derivatives(powers: Array, s: float) -> tuple:  # type: ignore[type-arg]
     """Return a polynomial, highest power first, and its two derivatives."""
     x, v, a = 0.0 * powers[0], 0.0 * powers[0], 0.0 * powers[0]
     for power in powers:

@@ -15,11 +15,14 @@ from equipoise.spatial.numbers import positive, share
 from equipoise.walking.clock import WalkClock
 from equipoise.walking.feet import LEFT, RIGHT, Stance, level_pose, with_foot, yaw_of
 from equipoise.walking.footsteps import Footstep, closing_step
+from equipoise.walking.landing import FootPath, Glide, Probe
 from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
-from equipoise.walking.swing import FootPath, Glide, Standing, Swing
+from equipoise.walking.swing import Standing, Swing
 from equipoise.walking.targets import LedPose, WalkTargets
 
 BOTH = (LEFT, RIGHT)
+TOO_LATE = 0.04  # [s] before its planned touchdown from which on a foot is not let go again
+OFF = 0.3  # of the load of a touchdown, below which a foot has come off
 LATE = 0.01  # [s] behind its plan at which a touchdown is told to be late
 NAMES = ("left", "right")
 
@@ -28,19 +31,22 @@ NAMES = ("left", "right")
 class TouchSettings:
     """How a touchdown is told and taken.
 
-    `load` [N] on a sole, behind the share `earliest` of its swing, is a touchdown. `glide` [s]: how
-    long the reference then takes to where the foot stands. `level` [m]: up to which difference the
-    ground is where it was planned, and the sole gives.
+    `load` [N] on a sole, behind the share `earliest` of its swing, is a touchdown. `halt` [s]: how
+    long the reference of the foot then takes to stop, `glide` [s]: from there to where the foot
+    stands. `level` [m]: up to which difference the ground is where it was planned, and the sole
+    gives.
     Raises: `InputError`.
     """
 
     load: float
     earliest: float = 0.55
+    halt: float = 0.04
+    bounce: float = 0.008
     glide: float = 0.12
     level: float = 0.005
 
     def __post_init__(self) -> None:
-        for name in ("load", "glide", "level"):
+        for name in ("load", "halt", "bounce", "glide", "level"):
             positive(f"the {name} of a touchdown", getattr(self, name))
         if not share("the share of the swing", self.earliest) < 1.0:
             raise InputError("a touchdown counts from a share of the swing on", given=self.earliest)
@@ -70,6 +76,7 @@ class WalkEvent:
             )
         words = {
             "lift": f"step {self.step}, the {NAMES[self.foot]} foot lifts",
+            "bounce": f"step {self.step}, the {NAMES[self.foot]} foot comes off again",
             "late": f"step {self.step}, the {NAMES[self.foot]} foot finds no ground; it searches",
             "stop": "it is told to stop",
             "stood": "it stands",
@@ -102,6 +109,8 @@ class Walker:
         self._beside = own[RIGHT].actInv(own[LEFT]), own[LEFT].actInv(own[RIGHT])
         self._paths: list[FootPath] = [Standing(T) for T in self.stance]
         self._swing: PlannedStep | None = None
+        self._landed: PlannedStep | None = None  # earlier than planned, so that it may bounce
+        self._off = 0.0  # [s] without load
         self._left = [one.footstep for one in self.plan.steps]  # footsteps not yet begun
         self._number = 1  # of the next step
         self._wanted: list[Footstep] | None = None
@@ -155,7 +164,9 @@ class Walker:
         s = self.clock.t
         if self._swing is not None:
             self._look_for_ground(t, s, loads, find_soles)
-        elif self.stands and self._wanted:
+        elif self._landed is not None:
+            self._look_for_bounce(t, dt, loads)
+        if self.stands and self._wanted:
             self._begin(s)
         if self._swing is None and self._left:
             following = next(one for one in self.plan.steps if one.number == self._number)
@@ -199,6 +210,20 @@ class Walker:
                 self._told = True
                 self.events.append(WalkEvent(t, "late", step.number, step.foot))
 
+    def _look_for_bounce(self, t: float, dt: float, loads: Sequence[float]) -> None:
+        """Let a foot that landed early and came off again go on down, as long as it may."""
+        step, s = self._landed, self.clock.t
+        if step is None or s >= step.land - TOO_LATE:
+            self._landed = None
+            return
+        self._off = self._off + dt if loads[step.foot] < OFF * self.touch.load else 0.0
+        if self._off < self.touch.bounce:
+            return
+        sample, shape = self._paths[step.foot].at(s), self.planner.settings.swing
+        self._paths[step.foot] = Probe(sample, s, self.touch.halt, shape.touchdown, shape.search)
+        self._swing, self.supports, self._landed = step, (1 - step.foot,), None
+        self.events.append(WalkEvent(t, "bounce", step.number, step.foot))
+
     def _land(self, t: float, s: float, step: PlannedStep, T_here: pin.SE3) -> None:
         """Take the ground where it is, and plan on from there."""
         wanted = step.footstep.T_world_sole
@@ -206,7 +231,8 @@ class Walker:
         z = float((wanted if abs(off[2]) <= self.touch.level else T_here).translation[2])
         T = level_pose(T_here.translation[0], T_here.translation[1], z, yaw_of(T_here))
         sample = self._paths[step.foot].at(s)
-        self._paths[step.foot] = Glide(sample, T, s, self.touch.glide)
+        wait = max(step.land - s, 0.0)
+        self._paths[step.foot] = Glide(sample, T, s, self.touch.glide, self.touch.halt, wait)
         self.stance = with_foot(self.stance, step.foot, T)
         if self._wanted is not None:
             self._left, self._wanted = self._wanted, None
@@ -215,8 +241,9 @@ class Walker:
             self._left = closing_step(self.planner.feet, self.stance, foot, self._beside[foot])
             self._stops = False
             self.events.append(WalkEvent(t, "stop"))
-        self.plan = self.planner.go_on(self.plan, s, self.stance, self._left, step.number + 1)
+        self.plan = self.planner.go_on(self.plan, s, self.stance, self._left, step.number + 1, wait)
         self._swing, self.supports, self.clock.slowed = None, BOTH, False
+        self._landed, self._off = step, 0.0
         self.events.append(
             WalkEvent(t, "touch", step.number, step.foot, step.land - s, (off[0], off[1], off[2]))
         )

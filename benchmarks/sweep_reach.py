@@ -27,7 +27,6 @@ import pinocchio as pin
 from equipoise.api import run_scenario
 from equipoise.robots import get_robot
 from equipoise.runlog import Run
-from equipoise.scenarios.read import parse_scenario
 
 ROBOTS = ("hrp2", "talos", "g1", "romeo")
 DIRECTIONS = {

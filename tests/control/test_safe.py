@@ -59,7 +59,7 @@ def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
     blind_q, blind_v = q.copy(), v.copy()
     blind_q[:7], blind_v[:6] = np.nan, np.nan
     found = base_from_contacts(
-        KinematicsEvaluator(robot), stack, robot.q_half_sitting, blind_q, blind_v
+        robot, KinematicsEvaluator(robot), stack, robot.q_half_sitting, blind_q, blind_v
     )
     assert found is not None
     apart = pin.difference(robot.model, q, found[0])
@@ -69,7 +69,7 @@ def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
 
 def test_without_a_contact_no_base_is_made_up(hrp2):
     q, v = hrp2.q_half_sitting, np.zeros(hrp2.nv)
-    assert base_from_contacts(KinematicsEvaluator(hrp2), ContactStack([]), q, q, v) is None
+    assert base_from_contacts(hrp2, KinematicsEvaluator(hrp2), ContactStack([]), q, q, v) is None
     assert BaseFromContacts(hrp2, 1e-3, 0.01).follow(ContactStack([]), q, q, v) is None
 
 

@@ -46,7 +46,7 @@ class BaseFromContacts:
         if self._from is None:
             self._from = last.copy()
             self._moved[:] = self._v[:] = 0.0
-        found = base_from_contacts(self._kinematics, contacts, self._from, q, v)
+        found = base_from_contacts(robot, self._kinematics, contacts, self._from, q, v)
         if found is None:
             return None
         apart = pin.difference(robot.model, self._from, found[0])[:base]
@@ -72,7 +72,12 @@ class BaseFromContacts:
 
 
 def base_from_contacts(
-    kinematics: KinematicsEvaluator, contacts: ContactStack, last: Array, q: Array, v: Array
+    robot: Robot,
+    kinematics: KinematicsEvaluator,
+    contacts: ContactStack,
+    last: Array,
+    q: Array,
+    v: Array,
 ) -> tuple[Array, Array] | None:
     """Return q (nq,) and v (nv,) whose base keeps the supporting contacts as they were in `last`.
 
@@ -80,7 +85,6 @@ def base_from_contacts(
     their base is not read. None if the contacts do not hold the base in all directions. Least
     squares over all supporting rows, so that one sole of two that slips moves the base by half.
     """
-    robot = kinematics.robot
     standing = ContactStack([c for c in contacts.contacts if c.supporting])
     base, nq = robot.nv_base, robot.nq_base
     if base == 0:

@@ -147,10 +147,12 @@ class OperatorPort:
         if not np.isfinite(numbers).all():
             raise InputError("a push or a wanted force is not finite", given=numbers)
         for row, added in request.forces.items():
-            scalar = self.controller.scalars[self.controller.rows[row]]
+            scalar = self.controller.wants.scalars[self.controller.rows[row]]
             wanted = value_of(scalar, t) + added
             if added < 0.0:
-                refuse_pull(row, self.controller.least[row], wanted, f" (with {added:g} added)")
+                refuse_pull(
+                    row, self.controller.wants.least[row], wanted, f" (with {added:g} added)"
+                )
         K_d = request.damping_factor * np.asarray(self._gains.K_d)
         return replace(
             self._gains,

@@ -16,7 +16,6 @@ from equipoise.contacts import (
     PointContact,
     SoleContact,
 )
-from equipoise.contacts.pull import least_wanted, refuse_pull
 from equipoise.control import (
     Command,
     Controller,
@@ -30,6 +29,7 @@ from equipoise.control.passivity.law import KEEPS, STATUS, Keep, require_support
 from equipoise.control.passivity.program import LawProgram
 from equipoise.control.supervisor import Mode
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
+from equipoise.given import mapping_of
 from equipoise.hqp import HierarchySolver, Status, make_solver
 from equipoise.kinematics.tree import fill_tree, tree_of
 from equipoise.motion import MotionGenerator
@@ -42,16 +42,8 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_array, real_vector, require_period, time_of
 from equipoise.tasks import Task
-from equipoise.trajectories import Fade, LiveScalar
-from equipoise.trajectories.scalar import GIVEN
-from equipoise.trajectories.scalars import (
-    Scalar,
-    fill_scalars,
-    kind_of,
-    least_of,
-    scalar_shapes,
-    value_of,
-)
+from equipoise.trajectories import Fade
+from equipoise.trajectories.scalars import Scalar, fill_scalars, scalar_shapes
 from equipoise.wbc.command import WholeBodyCommand
 from equipoise.wbc.doors import Forces, LoopSettings, Opened, Wish, mount, stand
 from equipoise.wbc.memory import FADING, PERIOD, POSTURE_ERROR, TILT, meeting_shapes
@@ -69,6 +61,7 @@ from equipoise.wbc.tick import (
     WHOLE,
     tick,
 )
+from equipoise.wbc.wanted import WantedForces
 
 Wrenches = Array | Mapping[str, Array]
 NewController = Callable[[ContactStack], Controller]
@@ -108,7 +101,7 @@ class WholeBodyController:
         self._held = contacts.at(0.0)
         self._keep: Keep = "torque"
         require_support(robot, self._held)
-        self._take_wanted(contacts.contacts, dict(wanted_forces or {}))
+        self.wants = WantedForces(contacts.contacts, mapping_of("the wanted forces", wanted_forces))
         q = real_vector("q_start", q_start, robot.nq)
         self.motion = self._make_motion(levels, q, dict(fades or {}))
         if settings.governor is not None and len(contacts.stacks) > 1:
@@ -186,36 +179,6 @@ class WholeBodyController:
 
     # -- putting together -----------------------------------------------------------------------
 
-    def _take_wanted(
-        self, contacts: Sequence[Contact], wanted: dict[str, Sequence[Scalar]]
-    ) -> None:
-        """Note the scalars that are wanted, row by row."""
-        names = [contact.name for contact in contacts]
-        for name in wanted:
-            if name not in names:
-                raise NameNotFoundError("contact", name, names)
-        self.scalars: list[Scalar] = []
-        self.rows: dict[str, int] = {}  # "contact/row": number of its scalar
-        self.least = least_wanted(contacts)  # "contact/row": what may be wanted of it
-        self._refused: dict[str, str] = {}  # "contact/row": what was wanted of it, and when
-        for contact in contacts:
-            given = list(wanted.get(contact.name, ()))
-            if len(given) != len(contact.regulated):
-                raise InputError(
-                    f"contact {contact.name!r} has {len(contact.regulated)} regulated rows, and "
-                    f"{len(given)} wanted forces were given",
-                    known=contact.regulated,
-                    remedy="Give a wanted force for each regulated row, in their order",
-                )
-            for label, scalar in zip(contact.regulated, given, strict=True):
-                row = f"{contact.name}/{label}"
-                refuse_pull(row, self.least[row], least_of(scalar))
-                self.rows[row] = len(self.scalars)
-                self.scalars.append(scalar)
-        self._live = [one for one in self.scalars if isinstance(one, LiveScalar)]
-        self._given = [k for k, one in enumerate(self.scalars) if kind_of(one) == GIVEN]
-        self._least_given = [*self.least.values()]
-
     def _make_motion(
         self, levels: Sequence[Sequence[Task]], q: Array, fades: dict[str, Fade]
     ) -> MotionGenerator:
@@ -238,15 +201,15 @@ class WholeBodyController:
             {
                 "tree": tree_of(robot.model, frames),
                 **own,
-                "scalars": scalar_shapes(self.scalars),
+                "scalars": scalar_shapes(self.wants.scalars),
                 **program.shapes(len(frames)),
-                "meeting": meeting_shapes(len(self.scalars), robot.na),
+                "meeting": meeting_shapes(len(self.wants.scalars), robot.na),
                 **extra,
             },
             (
                 *motion.program.memory,
                 *program.memory,
-                *(("scalars.numbers",) if self._live else ()),
+                *(("scalars.numbers",) if self.wants.live else ()),
             ),
             STAGES,
         )
@@ -257,7 +220,7 @@ class WholeBodyController:
 
         motion.program.fill(workspace, number_of)
         program.fill(workspace, number_of)
-        fill_scalars(workspace.parts["scalars"], self.scalars, [*self.least.values()])
+        fill_scalars(workspace.parts["scalars"], self.wants.scalars, [*self.wants.least.values()])
         motion.work_in(workspace, motion.program, motion.q_ref)
         self.workspace = workspace
         self._blocks = (workspace.floats, workspace.integers, workspace.tables)
@@ -311,11 +274,7 @@ class WholeBodyController:
         self._rows_held = stack.size
         if self.law is None:  # the law holds them itself; a kernel reads from it what is wanted
             self._law_program.hold(self.workspace, stack)
-        wanted = [
-            self.rows[f"{contact.name}/{label}"]
-            for contact in stack.contacts
-            for label in contact.regulated
-        ]
+        wanted = self.wants.of(stack)
         self.workspace.parts["meeting"].wanted_of[: len(wanted)] = wanted
         self._wanted_held = wanted
         self._size = self.ends[-1] + stack.supporting_rows.size
@@ -345,15 +304,20 @@ class WholeBodyController:
         return STATUS_OF[int(self.workspace.parts["tasks"].flags[MOTION_STATUS])]
 
     @property
+    def rows(self) -> dict[str, int]:
+        """Of each regulated row, "contact/row", its place in `wanted`."""
+        return self.wants.rows
+
+    @property
     def wanted(self) -> Array:
         """The multipliers wanted at the last tick (k,), in the order of `rows`."""
-        wanted = self.workspace.parts["scalars"].values[: len(self.scalars)] + self.offsets
-        return np.maximum(wanted, self.workspace.parts["scalars"].least[: len(self.scalars)])
+        wanted = self.workspace.parts["scalars"].values[: len(self.wants.scalars)] + self.offsets
+        return np.maximum(wanted, self.workspace.parts["scalars"].least[: len(self.wants.scalars)])
 
     @property
     def offsets(self) -> Array:
         """What a person adds to the wanted multipliers (k,), in the order of `rows`."""
-        return self.workspace.parts["scalars"].offsets[: len(self.scalars)]
+        return self.workspace.parts["scalars"].offsets[: len(self.wants.scalars)]
 
     def step(self, t: float, q: Array, v: Array, wrenches: Wrenches) -> WholeBodyCommand:
         """Return the command at time `t` [s] for a measured state.
@@ -369,10 +333,7 @@ class WholeBodyController:
         q, v, lam = self._checked(q, v, wrenches)
         self.motion.stamp += 1
         followed = self._follow(t)
-        if self._given:
-            self._write_given(followed)
-        for live in self._live:
-            live.post()
+        self.wants.write(self.workspace.parts["scalars"].values, followed)
         if self._fused and self.supervisor.mode is Mode.RUN:
             return self._in_one(t, q, v, lam)
         return self._in_parts(t, q, v, lam)
@@ -428,15 +389,6 @@ class WholeBodyController:
             result[end - len(piece) : end] = piece
         result[self.ends[-1] :] = command.base_reaction if len(command.base_reaction) else 0.0
 
-    def _write_given(self, t: float) -> None:
-        values = self.workspace.parts["scalars"].values
-        for k in self._given:
-            values[k] = value_of(self.scalars[k], t)
-            if values[k] < self._least_given[k]:
-                row = next(row for row, number in self.rows.items() if number == k)
-                told = f"t = {t:.3f} s: {row} was wanted to pull ({values[k]:g}); it gets 0"
-                self._refused.setdefault(row, told)
-
     def _checked(self, q: Array, v: Array, wrenches: Wrenches) -> tuple[Array, Array, Array]:
         if isinstance(wrenches, Mapping):
             wrenches = self._stacked(wrenches)
@@ -468,10 +420,7 @@ class WholeBodyController:
             self._go_over(stack)
         self.motion.stamp += 1
         followed = self._follow(t)
-        if self._given:
-            self._write_given(followed)
-        for live in self._live:
-            live.post()
+        self.wants.write(self.workspace.parts["scalars"].values, followed)
         self.motion.solve(followed)
         result = last.result.copy()
         result[: self.ends[0]] = self.workspace.parts["reference"].q
@@ -494,17 +443,7 @@ class WholeBodyController:
         row whose wanted force was given as a number, or as a `LiveScalar`, can be set.
         Raises: `NameNotFoundError`, `InputError` if it can only push and is wanted to pull.
         """
-        rows = [one for one in self.rows if row in (one, one.split("/")[0])]
-        if len(rows) != 1:
-            raise NameNotFoundError("regulated row", row, self.rows)
-        scalar = self.scalars[self.rows[rows[0]]]
-        if not isinstance(scalar, LiveScalar):
-            raise InputError(
-                f"the wanted force of {rows[0]} is a function of time and cannot be set",
-                remedy="Give it as a number or as a `LiveScalar`",
-            )
-        refuse_pull(rows[0], self.least[rows[0]], value)
-        scalar.set(value)
+        self.wants.set(row, value)
 
     def take_over(self, tau: Array) -> None:
         """Begin from joint torques `tau` (na,) [N m] that are measured now, without a jump.
@@ -595,7 +534,7 @@ class WholeBodyController:
         notes = self.law.notes if self.law is not None else {}
         near = (f"t = {t:.3f} s: {what}, if it goes on like this" for what, t in notes.items())
         changes = (str(change) for change in self.supervisor.changes)
-        return (*changes, *self._refused.values(), *near)
+        return (*changes, *self.wants.refused.values(), *near)
 
     # -- memory ---------------------------------------------------------------------------------
 

@@ -24,6 +24,7 @@ from equipoise.physics.mujoco.robot_model import (
 )
 from equipoise.robots import Robot
 
+
 def add_fixed(mujoco: ModuleType, spec: Any, body: Body) -> None:
     """Add a body that never moves."""
     for k, shape in enumerate(body.shapes):

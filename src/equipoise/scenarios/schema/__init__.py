@@ -51,6 +51,7 @@ from equipoise.scenarios.schema.scenario import (
     Scenario,
 )
 from equipoise.scenarios.schema.tasks import (
+    AlongSpec,
     AvoidanceSpec,
     ComPointSpec,
     ComPolygonSpec,
@@ -90,6 +91,7 @@ from equipoise.scenarios.schema.world import (
 
 __all__ = [
     "AcceptanceSpec",
+    "AlongSpec",
     "AvoidanceSpec",
     "Colour",
     "ComPointSpec",

@@ -67,7 +67,7 @@ def build_levels(
     Where the robot walks, level 0 has the tasks of its feet in place of their contacts.
     """
     tasks = {name: _build(name, spec, scenario, setup) for name, spec in _enabled(scenario)}
-    contacts = contact_tasks(scenario, setup)
+    contacts = contact_tasks(scenario, setup, supports=walk is None)
     if walk is None:
         return _by_priority(scenario, contacts, tasks)
     first = [*walk.feet_tasks(), *contacts]
@@ -170,9 +170,7 @@ def _frame_path(
     )
 
 
-def _along(
-    name: str, spec: schema.AlongSpec, path: PoseTrajectory, setup: Setup
-) -> PoseTrajectory:
+def _along(name: str, spec: schema.AlongSpec, path: PoseTrajectory, setup: Setup) -> PoseTrajectory:
     """Return a path that goes along with the slider or the walk that the task names."""
     if spec.travel_of is not None:
         check_target(setup, spec.travel_of, f"tasks.{name}.travel_of")

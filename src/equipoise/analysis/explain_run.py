@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from equipoise.analysis.report.modes import feet_at
+from equipoise.analysis.feet_phases import feet_at
 from equipoise.errors import InputError, NonFiniteError, RunLogError
 from equipoise.hqp import (
     Explanation,

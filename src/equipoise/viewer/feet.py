@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from equipoise.analysis.report.modes import PHASE
+from equipoise.analysis.feet_phases import PHASE
 from equipoise.contacts import Phase
 from equipoise.contacts.support_polygon import sole_corners
 from equipoise.simulation.build.setup import Setup

@@ -6,19 +6,12 @@ from html import escape
 
 import viser
 
-from equipoise.analysis.report.modes import (
-    CONTROL,
-    HIERARCHY,
-    MODES,
-    PHASE,
-    PHASES,
-    word_of,
-)
-from equipoise.contacts import Phase
+from equipoise.analysis.feet_phases import PHASE, PHASES, PLANNED
+from equipoise.analysis.report.modes import CONTROL, HIERARCHY, MODES, word_of
 from equipoise.viewer.layer import Moment
 
 FEET = ("left foot", "right foot")
-PLANNED = (Phase.HELD.code, Phase.FREE.code)
+WELL = tuple(phase.code for phase in PLANNED)
 
 
 class StatusLine:
@@ -43,7 +36,7 @@ def status_html(moment: Moment) -> str:
         parts.append(_part("hierarchy", word_of(HIERARCHY, status[1]), status[1] == 0.0))
     feet = moment.values.get(PHASE)
     if feet is not None:
-        parts += [_part(name, word_of(PHASES, code), code in PLANNED)
+        parts += [_part(name, word_of(PHASES, code), code in WELL)
                   for name, code in zip(FEET, feet, strict=True)]  # fmt: skip
     return (
         '<div id="equipoise-status" style="margin: 0.3em 1em; font-size: 0.85em">'

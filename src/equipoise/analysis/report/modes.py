@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from equipoise.contacts import Phase
 from equipoise.runlog import Run
 from equipoise.simulation.recorder import CONTROL_CODES, HIERARCHY_CODES, MODE_CODES
 
@@ -17,8 +16,6 @@ def _words(codes: Mapping[Any, float]) -> dict[float, str]:
 
 
 MODES, CONTROL, HIERARCHY = (_words(c) for c in (MODE_CODES, CONTROL_CODES, HIERARCHY_CODES))
-PHASES = _words({phase: phase.code for phase in Phase})
-PHASE = "walk/phase"
 MOST_CHANGES = 6  # that a sentence lists
 
 
@@ -39,31 +36,6 @@ def modes_sentence(run: Run) -> str:
     rest = len(changes) - MOST_CHANGES
     more = f" and {rest} more changes" if rest > 0 else ""
     return f"Supervisor: {', '.join(told)}{more}."
-
-
-def feet_at(run: Run, tick: int) -> tuple[str, ...]:
-    """Return a sentence a foot about its phase at a tick; nothing of a run that does not walk."""
-    if PHASE not in run:
-        return ()
-    labels, codes = run.channels[PHASE].labels, run[PHASE][tick]
-    values = {phase.code: phase.value for phase in Phase}
-    return tuple(
-        f"{label} foot: {values.get(float(code), f'unknown ({code:g})')}"
-        for label, code in zip(labels, codes, strict=True)
-    )
-
-
-def phases_sentence(run: Run) -> str:
-    """Return for how long feet were in phases that nobody planned; empty if none is logged."""
-    if PHASE not in run or not run.t.size:
-        return ""
-    told = []
-    for label, codes in zip(run.channels[PHASE].labels, run[PHASE].T, strict=True):
-        for phase in (Phase.TOUCHED, Phase.LATE, Phase.LOST):
-            share = float((codes == phase.code).mean())
-            if share:
-                told.append(f"{label} foot {phase.name.lower()} on {100.0 * share:.2g} %")
-    return f"Feet: {', '.join(told)} of the ticks." if told else "Feet: as planned on every tick."
 
 
 def status_sentence(run: Run) -> str:

@@ -14,12 +14,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from equipoise.analysis.feet_phases import phases_sentence
 from equipoise.analysis.metrics.verdict import judge, passed
-from equipoise.analysis.report.modes import (
-    modes_sentence,
-    phases_sentence,
-    status_sentence,
-)
+from equipoise.analysis.report.modes import modes_sentence, status_sentence
 from equipoise.analysis.report.replay_export import Blobs, export_replay
 from equipoise.analysis.report.tables import metrics_table, properties
 from equipoise.analysis.run_context import RunContext

@@ -15,10 +15,10 @@ from equipoise.spatial import Array
 from equipoise.walking import BalanceFeedback, Leaning, PlannedStep, WalkEvent
 from equipoise.walking.feasible import zmp_at
 from equipoise.walking.feet import Stance
-from equipoise.walking.walker import LATE
 from equipoise.wbc import WholeBodyController
 
 NORMAL, WRENCH = 2, 6  # row of a sole's wrench, and how many it has
+PATIENCE = 0.025  # [s] that a sole may take to do what is newly planned: to be unloaded takes 22 ms
 UNPLANNED = (Phase.TOUCHED, Phase.LATE, Phase.LOST)
 PHASES = ", ".join(f"{one.code:g} {one.name.lower()}" for one in Phase)
 
@@ -45,7 +45,7 @@ class WalkDriver:
         self._air: PlannedStep | None = None  # the step that was lifted last
         feet = [c for c in setup.contacts.contacts if c.name in walk.contacts]
         self.phases = ContactPhases(
-            feet, walk.contacts, PhaseSettings.for_weight(walk.weight, patience=LATE)
+            feet, walk.contacts, PhaseSettings.for_weight(walk.weight, patience=PATIENCE)
         )
         self._balance = walk.balance(controller.dt)
         self._ground = walk.planner.feet.support(self.walker.stance, self.walker.supports)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # colours of phases that nobody planned
-UNPLANNED = {Phase.TOUCHED: 3, Phase.LATE: 4, Phase.LOST: 5}
+UNPLANNED = {Phase.TOUCHED: COLOURS[4], Phase.LATE: COLOURS[3], Phase.LOST: INK}
 SETTLED = 100  # ticks behind a touchdown at which a sole stands
 _CHANNELS = ("walk/centre", "walk/zmp", "walk/dcm", "walk/carries", "com")
 
@@ -124,7 +124,7 @@ def _draw_loads(axes: Axes, context: RunContext) -> None:
 
 
 def _draw_phases(axes: Axes, context: RunContext) -> None:
-    """Draw when each foot carries, as bars, and above them what nobody planned of it."""
+    """Draw when each foot carries, as bars, and inside them what nobody planned of it."""
     t, carries = context.run.t, context.run["walk/carries"]
     for row, name in enumerate(("left", "right")):
         on = np.concatenate(([0.0], carries[:, row], [0.0]))
@@ -140,14 +140,18 @@ def _draw_phases(axes: Axes, context: RunContext) -> None:
 
 
 def _draw_unplanned(axes: Axes, context: RunContext, row: int) -> None:
-    """Mark when a foot touched early, was late or lost; nothing in a log without phases."""
+    """Mark while a foot touched early, was late or lost; nothing in a log without phases."""
     if not context.has(PHASE):
         return
     t, codes = context.run.t, context.run[PHASE][:, row]
     for phase, colour in UNPLANNED.items():
-        for k in np.flatnonzero(np.diff((codes == phase.code).astype(int)) == 1).tolist():
-            axes.axvline(t[k + 1], (row + 0.2) / 2.2, (row + 0.8) / 2.2, color=COLOURS[colour])
-            axes.text(
-                t[k + 1], row - 0.28, f" {phase.name.lower()}", color=COLOURS[colour],
-                fontsize="small",
-            )  # fmt: skip
+        on = np.concatenate(([0], (codes == phase.code).astype(int), [0]))
+        starts, ends = np.flatnonzero(np.diff(on) == 1), np.flatnonzero(np.diff(on) == -1) - 1
+        bars = [(t[a], t[b] - t[a]) for a, b in zip(starts, ends, strict=True)]
+        if not bars:
+            continue
+        known = axes.get_legend_handles_labels()[1]
+        label = None if phase.name.lower() in known else phase.name.lower()
+        axes.broken_barh(bars, (row - 0.14, 0.28), color=colour, label=label)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="upper right")

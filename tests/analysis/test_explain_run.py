@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from click.testing import CliRunner
 
 from equipoise import load_run, run_scenario
+from equipoise.analysis import explain_run
 from equipoise.analysis.explain_run import rebuild_tick
+from equipoise.analysis.feet_phases import phases_sentence
 from equipoise.cli import cli
+from equipoise.contacts import Phase
 from equipoise.errors import InputError, NameNotFoundError, NonFiniteError
 from equipoise.hqp import Hierarchy, certify, load_problem, make_solver
+from equipoise.scenarios import parse_scenario
+from equipoise.simulation.build.setup import build_setup
+from equipoise.simulation.build.walk import build_walk
+from equipoise.simulation.led_log import lead_again
 
 SLOW_JOINTS = (
     "duration=0.7",
@@ -114,3 +122,35 @@ def test_a_run_that_breaks_off_says_so(run, tmp_path) -> None:
     assert rebuild_tick(cut, last).difference < 1e-9
     with pytest.raises(InputError, match=rf"breaks off.*from 0 to {last:g} s"):
         rebuild_tick(cut, 0.69)
+
+
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory):
+    """A walk until its first foot is in the air."""
+    folder = tmp_path_factory.mktemp("walked") / "run"
+    changes = ["duration=1.9", "physics.engine=rigid"]
+    return run_scenario("walk", out=folder, overrides=changes, figures=False)
+
+
+def test_a_tick_of_a_walk_is_rebuilt_with_what_its_feet_did(walked) -> None:
+    tick = rebuild_tick(walked.folder, 1.8)
+    assert tick.difference < 1e-6
+    assert tick.feet == (f"left foot: {Phase.HELD.value}", f"right foot: {Phase.FREE.value}")
+    assert {"walk left_sole", "walk com"} <= set(tick.tasks)
+    assert phases_sentence(walked) == "Feet: as planned on every tick."
+
+
+def test_a_walk_whose_log_does_not_say_where_it_was_led(walked, monkeypatch) -> None:
+    monkeypatch.setattr(explain_run, "lead_again", lambda targets, values: False)
+    with pytest.raises(InputError, match="of a version before"):
+        rebuild_tick(walked.folder, 1.8)
+    scenario = parse_scenario(walked.scenario_text)
+    targets = build_walk(scenario, build_setup(scenario)).targets
+    names = [name for name in walked if name.startswith("led/")]
+    values = {name: walked[name][-1] for name in names}
+    assert lead_again(targets, values)
+    for name, led in targets.named.items():
+        place = pin.SE3ToXYZQUAT(led.at(0.0).T_world_target)
+        sign = np.sign(place[3:] @ values[f"led/{name}"][3:7])  # q and -q are one rotation
+        assert np.allclose([*place[:3], *(sign * place[3:])], values[f"led/{name}"][:7])
+    assert not lead_again(targets, {name: values[name] for name in names[1:]})

@@ -109,3 +109,39 @@ def test_thresholds_that_cross_are_refused():
     with pytest.raises(InputError, match="smaller load"):
         PhaseSettings(touch=3.0, release=5.0)
     assert PhaseSettings.for_weight(1000.0) == PhaseSettings(30.0, 5.0)
+
+
+def test_what_is_newly_planned_may_take_its_time(soles):
+    """With patience a landing a little late is no phase of its own; one far too late still is."""
+    left, right = (one.name for one in soles)
+    settings = PhaseSettings(15.0, 3.0, 2 * DT, patience=10 * DT)
+
+    def seen(story):
+        found = run(ContactPhases(soles, [left, right], settings), soles, story)
+        return [found[0], *(b for a, b in pairwise(found) if b is not a)]
+
+    lift = [*[(True, 250.0)] * 3, *[(False, 20.0)] * 5, *[(False, 0.0)] * 10]  # it clings a little
+    landing = [*[(True, 0.0)] * 5, *[(True, 200.0)] * 20]
+    assert seen([*lift, *landing]) == [Phase.HELD, Phase.FREE, Phase.HELD]
+    assert seen([*lift, *[(True, 0.0)] * 12]) == [Phase.HELD, Phase.FREE, Phase.LATE]
+    clings = [(True, 250.0), *[(False, 20.0)] * 12]
+    assert seen(clings) == [Phase.HELD, Phase.TOUCHED]
+    # what a force does against an old plan is told at once
+    assert seen([*lift, *[(False, 200.0)] * 4]) == [Phase.HELD, Phase.FREE, Phase.TOUCHED]
+    assert seen([*[(True, 250.0)] * 3, *[(True, 0.0)] * 4]) == [Phase.HELD, Phase.LOST]
+
+
+def test_phases_continue_from_a_saved_state_in_the_middle_of_waiting(soles):
+    left, right = (one.name for one in soles)
+    settings = PhaseSettings(15.0, 3.0, 2 * DT, patience=10 * DT)
+    lam = {left: wrench(500.0), right: wrench(0.0)}
+    one = ContactPhases(soles, [left], settings)
+    for tick in range(5):
+        one.update(tick * DT, [left, right] if tick > 1 else [left], lam)
+    other = ContactPhases(soles, [left, right], settings)
+    other.restore(one.state())
+    for tick in range(5, 20):
+        assert one.update(tick * DT, [left, right], lam) == other.update(
+            tick * DT, [left, right], lam
+        )
+    assert other.phases[right] is Phase.LATE

@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.[viewer]'")
 
 from equipoise.analysis.report.modes import modes_sentence, status_sentence
+from equipoise.contacts import Phase
 from equipoise.control import Mode
 from equipoise.runlog import Channel, Run, RunWriter, load_run
 from equipoise.simulation.recorder import MODE_CODES
@@ -33,6 +34,17 @@ def test_every_mode_has_its_word(mode: Mode) -> None:
 def test_a_code_of_another_version_is_said_and_old_logs_have_no_line() -> None:
     assert "unknown (9)" in status_html(_moment(mode=[9.0]))
     assert "supervisor" not in status_html(_moment())
+
+
+def test_how_feet_are_is_said_and_what_nobody_planned_is_bold() -> None:
+    said = status_html(_moment(**{"walk/phase": [Phase.HELD.code, Phase.FREE.code]}))
+    assert "left foot" in said
+    assert "held" in said
+    assert "free" in said
+    assert "700" not in said
+    said = status_html(_moment(**{"walk/phase": [Phase.LOST.code, Phase.HELD.code]}))
+    assert said.count("700") == 1
+    assert "lost" in said
 
 
 def _run(folder: Path, modes: list[float]) -> Run:

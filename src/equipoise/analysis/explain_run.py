@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from equipoise.analysis.feet_phases import feet_at
 from equipoise.errors import InputError, NonFiniteError, RunLogError
 from equipoise.hqp import (
     Explanation,
@@ -22,10 +23,13 @@ from equipoise.hqp import (
 )
 from equipoise.motion import MotionGenerator
 from equipoise.runlog import CHECKED_WHOLE, Run, check_log, load_run
+from equipoise.scenarios import schema
 from equipoise.scenarios.read import parse_scenario
 from equipoise.simulation.build.fades import build_fades
 from equipoise.simulation.build.levels import build_levels
-from equipoise.simulation.build.setup import build_setup
+from equipoise.simulation.build.setup import Setup, build_setup
+from equipoise.simulation.build.walk import WalkSetup, build_walk
+from equipoise.simulation.led_log import lead_again
 from equipoise.tasks import Task, describe_rows
 from equipoise.tasks.standing import with_standing
 
@@ -41,7 +45,7 @@ class RebuiltTick:
     `t` [s] is the time of the tick; `row_names` [m] are how rows are called; `difference`
     [m/s, rad/s] is the largest between the rebuilt and the logged reference velocity. `fading` are
     the tasks on a ramp with their weights; the solution is that of the hierarchy with all of them.
-    `note` says what is damaged of the log.
+    `note` says what is damaged of the log, `feet` how each foot of a walk stood.
     """
 
     t: float
@@ -52,6 +56,7 @@ class RebuiltTick:
     fading: dict[str, float]
     note: str = ""
     tasks: Mapping[str, Task] = field(default_factory=dict)
+    feet: tuple[str, ...] = ()
 
     def explain(self, tasks: tuple[str, ...] = ()) -> Explanation:
         """Say which tasks (or which of `tasks`) were short at this tick, and why."""
@@ -68,8 +73,9 @@ def rebuild_tick(run_path: Path | str, t: float) -> RebuiltTick:
     run = _load_around(run_path, t)
     scenario = parse_scenario(run.scenario_text)
     setup = build_setup(scenario)
-    levels = build_levels(scenario, setup)
     k = run.at(t)
+    walk = _walk_at(scenario, setup, run, k)
+    levels = build_levels(scenario, setup, walk)
     time = float(run.t[k])
     v_before = run["v_ref"][k - 1] if k > 0 else np.zeros(setup.robot.nv)
     fades = build_fades(scenario)
@@ -93,8 +99,32 @@ def rebuild_tick(run_path: Path | str, t: float) -> RebuiltTick:
     weights = {name: fade.weight(time) for name, fade in fades.items()}
     fading_now = {name: w for name, w in weights.items() if 0.0 < w < 1.0}
     return RebuiltTick(
-        time, hierarchy, solution, row_names, difference, fading_now, run.note, tasks
+        time,
+        hierarchy,
+        solution,
+        row_names,
+        difference,
+        fading_now,
+        run.note,
+        tasks,
+        feet_at(run, k),
     )
+
+
+def _walk_at(scenario: schema.Scenario, setup: Setup, run: Run, k: int) -> WalkSetup | None:
+    """Return the walk of a run with its targets where they were led at tick k.
+
+    Raises: `InputError` if the log does not say where.
+    """
+    walk = build_walk(scenario, setup)
+    if walk is not None and not lead_again(walk.targets, {name: run[name][k] for name in run}):
+        raise InputError(
+            "The log of this walk does not say where its targets were led: it is of a version "
+            "before that was logged",
+            given=str(run.folder),
+            remedy="Run the scenario again",
+        )
+    return walk
 
 
 def explain_tick(
@@ -115,7 +145,12 @@ def explain_tick(
     said = tick.explain(tuple(tasks))
     noted = tick.note or check_log(run_path, at_most=CHECKED_WHOLE)
     lines = [f"Note: {noted}"] * bool(noted)
-    lines += [f"t = {tick.t:g} s", *_about_fading(tick), said.details() if details else str(said)]
+    lines += [
+        f"t = {tick.t:g} s",
+        *tick.feet,
+        *_about_fading(tick),
+        said.details() if details else str(said),
+    ]
     if save is not None:
         note = f"{run_path}, t = {tick.t:g} s"
         save_problem(save, tick.hierarchy, words=tick.row_names, note=note)

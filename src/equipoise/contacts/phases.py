@@ -24,24 +24,32 @@ class Phase(Enum):
     LATE = "it is planned to carry, and has not touched yet"
     LOST = "it is planned to carry, did so, and does no more"
 
+    @property
+    def code(self) -> float:
+        """The number that is logged of it: their order."""
+        return float(list(Phase).index(self))
+
 
 @dataclass(frozen=True)
 class PhaseSettings:
     """When a contact counts as carrying.
 
     It begins with a load above `touch` [N] and ends with one below `release` [N], each for `dwell`
-    [s] without a break.
+    [s] without a break. `patience` [s]: how long it may take to do what has just been planned; it
+    is in the phase before meanwhile.
     Raises: `InputError`.
     """
 
     touch: float
     release: float
     dwell: float = 0.002
+    patience: float = 0.0
 
     def __post_init__(self) -> None:
         positive("the load that tells a touch", self.touch)
         not_negative("the load that tells a release", self.release)
         not_negative("the dwell of a phase", self.dwell)
+        not_negative("the patience with a phase", self.patience)
         if not self.release < self.touch:
             raise InputError(
                 "a contact must be released at a smaller load than it is touched with",
@@ -49,9 +57,9 @@ class PhaseSettings:
             )
 
     @classmethod
-    def for_weight(cls, weight: float) -> PhaseSettings:
+    def for_weight(cls, weight: float, patience: float = 0.0) -> PhaseSettings:
         """Return settings for a robot of a `weight` [N]: 3 % of it touches, 0.5 % releases."""
-        return cls(0.03 * positive("the weight", weight), 0.005 * weight)
+        return cls(0.03 * positive("the weight", weight), 0.005 * weight, patience=patience)
 
 
 @dataclass(frozen=True)
@@ -81,6 +89,8 @@ class ContactPhases:
         self._carries = {name: name in planned for name in self._contacts}
         self._carried = dict(self._carries)  # since it was planned to
         self._since: dict[str, float | None] = dict.fromkeys(self._contacts)
+        self._planned = {name: name in planned for name in self._contacts}
+        self._asked: dict[str, float | None] = dict.fromkeys(self._contacts)  # until it is done
         self.phases = {name: self._phase(name, name in planned) for name in self._contacts}
         self.changes: list[PhaseChange] = []
 
@@ -104,6 +114,7 @@ class ContactPhases:
         for name, contact in self._contacts.items():
             load = load_of(contact, lam[name])
             self._look(t, name, load)
+            self._wait(t, name, name in planned)
             if name not in planned:
                 self._carried[name] = False
             elif self._carries[name]:
@@ -120,6 +131,8 @@ class ContactPhases:
             "carries": dict(self._carries),
             "carried": dict(self._carried),
             "since": dict(self._since),
+            "planned": dict(self._planned),
+            "asked": dict(self._asked),
             "phases": dict(self.phases),
             "changes": list(self.changes),
         }
@@ -128,6 +141,7 @@ class ContactPhases:
         """Continue from what `state` returned."""
         self._carries, self._carried = dict(state["carries"]), dict(state["carried"])
         self._since, self.phases = dict(state["since"]), dict(state["phases"])
+        self._planned, self._asked = dict(state["planned"]), dict(state["asked"])
         self.changes = list(state["changes"])
 
     def _look(self, t: float, name: str, load: float) -> None:
@@ -143,10 +157,19 @@ class ContactPhases:
         if t - since >= settings.dwell - 1e-9:
             self._carries[name], self._since[name] = not carries, None
 
+    def _wait(self, t: float, name: str, planned: bool) -> None:
+        """Begin to wait for what is newly planned, and cease when it is done or takes too long."""
+        if planned is not self._planned[name]:
+            self._planned[name], self._asked[name] = planned, t
+        asked, patience = self._asked[name], self.settings.patience
+        if asked is not None and (self._carries[name] is planned or t - asked >= patience - 1e-9):
+            self._asked[name] = None
+
     def _phase(self, name: str, planned: bool) -> Phase:
+        waits = self._asked[name] is not None
         if self._carries[name]:
-            return Phase.HELD if planned else Phase.TOUCHED
-        if not planned:
+            return Phase.HELD if planned or waits else Phase.TOUCHED
+        if not planned or waits:
             return Phase.FREE
         return Phase.LOST if self._carried[name] else Phase.LATE
 

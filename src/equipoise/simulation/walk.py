@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from equipoise.contacts import ContactPhases, Phase, PhaseChange, PhaseSettings
 from equipoise.physics import PhysicsEngine
 from equipoise.runlog import Channel, TickRecord
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.build.walk import WalkSetup
+from equipoise.simulation.led_log import led_channels, write_led
 from equipoise.simulation.sensors import Reading
 from equipoise.spatial import Array
-from equipoise.walking import BalanceFeedback, Leaning
+from equipoise.walking import BalanceFeedback, Leaning, PlannedStep, WalkEvent
 from equipoise.walking.feasible import zmp_at
 from equipoise.walking.feet import Stance
 from equipoise.wbc import WholeBodyController
 
-NORMAL = 2  # row of a sole's wrench
+NORMAL, WRENCH = 2, 6  # row of a sole's wrench, and how many it has
+PATIENCE = 0.025  # [s] that a sole may take to do what is newly planned: to be unloaded takes 22 ms
+UNPLANNED = (Phase.TOUCHED, Phase.LATE, Phase.LOST)
+PHASES = ", ".join(f"{one.code:g} {one.name.lower()}" for one in Phase)
 
 
 class WalkDriver:
@@ -37,6 +42,11 @@ class WalkDriver:
         self._carry: tuple[int, ...] = self.walker.supports
         self._seen = 0.0
         self._leaning = leaning
+        self._air: PlannedStep | None = None  # the step that was lifted last
+        feet = [c for c in setup.contacts.contacts if c.name in walk.contacts]
+        self.phases = ContactPhases(
+            feet, walk.contacts, PhaseSettings.for_weight(walk.weight, patience=PATIENCE)
+        )
         self._balance = walk.balance(controller.dt)
         self._ground = walk.planner.feet.support(self.walker.stance, self.walker.supports)
         self._known: tuple[object, ...] = (self.walker.stance, self.walker.supports)
@@ -49,6 +59,8 @@ class WalkDriver:
         self._seen = t
         loads = reading.lam[self._rows].tolist()
         carry = walker.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
+        self._air = walker.swinging or self._air
+        self.phases.update(t, self._planned(), self._wrenches(reading))
         if self._leaning is not None:
             self._lead_aside(*self._leaning.at(t))
         if self._balance is not None:
@@ -61,6 +73,16 @@ class WalkDriver:
         self.controller.switch(names, anchors=anchors)
         for foot, name in enumerate(walk.contacts):
             self.engine.support(name, walker.stance[foot] if foot in carry else None)
+
+    def _planned(self) -> list[str]:
+        """Return the feet that are to carry by the plan, wherever the ground turned out to be."""
+        air, s = self._air, self.walker.clock.t
+        swings = air.foot if air is not None and air.lift <= s < air.land else None
+        return [name for foot, name in enumerate(self.walk.contacts) if foot != swings]
+
+    def _wrenches(self, reading: Reading) -> dict[str, Array]:
+        contacts = zip(self.walk.contacts, self._rows, strict=True)
+        return {name: reading.lam[row - NORMAL : row - NORMAL + WRENCH] for name, row in contacts}
 
     def _give_way(self, balance: BalanceFeedback, reading: Reading) -> None:
         """Lead the centre of mass aside, as far as the robot is from where it was to be."""
@@ -91,8 +113,10 @@ class WalkDriver:
 
     @property
     def story(self) -> tuple[str, ...]:
-        """What happened to the feet, in sentences."""
-        return tuple(str(event) for event in self.walker.events)
+        """What happened to the feet, in sentences, in the order in which it did."""
+        told: list[WalkEvent | PhaseChange] = list(self.walker.events)
+        told += [change for change in self.phases.changes if change.phase in UNPLANNED]
+        return tuple(str(one) for one in sorted(told, key=lambda one: one.t))
 
     @property
     def channels(self) -> list[Channel]:
@@ -103,7 +127,9 @@ class WalkDriver:
             Channel("walk/zmp", plane, "m", "planned zero-moment point"),
             Channel("walk/dcm", plane, "m", "planned divergent component of motion"),
             Channel("walk/carries", ("left", "right"), "", "1: the foot is a support"),
+            Channel("walk/phase", ("left", "right"), "", PHASES),
             Channel("walk/clock", ("time", "rate"), ("s", ""), "clock of the plan"),
+            *led_channels(self.walk.targets),
         ]
 
     def write(self, record: TickRecord) -> None:
@@ -113,4 +139,6 @@ class WalkDriver:
         record["walk/centre"][:] = self.walk.targets.centre.row(0.0)[9:12]
         record["walk/zmp"][:], record["walk/dcm"][:] = state.zmp, state.dcm
         record["walk/carries"][:] = [float(foot in self._carry) for foot in (0, 1)]
+        record["walk/phase"][:] = [self.phases.phases[name].code for name in self.walk.contacts]
         record["walk/clock"][:] = walker.clock.t, walker.clock.rate
+        write_led(self.walk.targets, record)

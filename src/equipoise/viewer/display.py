@@ -16,10 +16,13 @@ from equipoise.scenarios import schema
 from equipoise.simulation.build.fades import build_fades
 from equipoise.simulation.build.levels import build_levels
 from equipoise.simulation.build.setup import Setup
+from equipoise.simulation.build.walk import build_walk
+from equipoise.simulation.led_log import lead_again
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask, Task
 from equipoise.viewer.collision_shapes import CollisionShapes
 from equipoise.viewer.drawing import Drawing
+from equipoise.viewer.feet import FeetLayer
 from equipoise.viewer.floor_and_sky import add_floor_and_sky
 from equipoise.viewer.forces import ForceLayer, PushLayer
 from equipoise.viewer.ghost import Ghost
@@ -38,7 +41,8 @@ class Display:
 
     def __init__(self, server: viser.ViserServer, scenario: schema.Scenario, setup: Setup) -> None:
         self.server, self.setup = server, setup
-        self.levels = build_levels(scenario, setup)
+        self._walk = build_walk(scenario, setup)
+        self.levels = build_levels(scenario, setup, self._walk)
         self._fades = build_fades(scenario)
         self._evaluator = KinematicsEvaluator(setup.robot)
         _set_up_scene(server)
@@ -52,6 +56,7 @@ class Display:
             ForceLayer(server.scene, setup),
             PushLayer(server.scene, scenario, setup),
             BalanceLayer(server.scene, setup),
+            FeetLayer(server.scene, setup),
             DistanceLayer(server.scene, setup, _pairs(scenario, setup, self.levels)),
             self.trails,
         )
@@ -88,6 +93,8 @@ class Display:
 
     def show_panels(self, moment: Moment) -> None:
         """Write table and status of a moment."""
+        if self._walk is not None:
+            lead_again(self._walk.targets, moment.values)
         self._hierarchy.show(moment)
         self._status.show(moment)
 
@@ -109,8 +116,9 @@ class Display:
         gui.add_markdown(
             "*Red arrows: force on the robot, 1 m is 1000 N at a sole (beside the foot) and 100 N "
             "at a hand; orange: wanted; magenta: a push, 1 m is 100 N. Black: centre of mass, red "
-            "dot: centre of pressure. The ghost comes out of the robot where the two differ by "
-            "more than 3 mm.*"
+            "dot: centre of pressure. Soles of a walk: green ones carry, grey ones are in the air, "
+            "as planned; orange ones touched early, red ones are late, magenta ones are lost. The "
+            "ghost comes out of the robot where the two differ by more than 3 mm.*"
         )
 
     def _switch(self, item: Showable, event: viser.GuiEvent[Any]) -> None:

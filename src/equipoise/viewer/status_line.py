@@ -1,4 +1,4 @@
-"""One line about the moment: the supervisor's mode, the law's status, the hierarchy's."""
+"""One line about the moment: the supervisor's mode, how law, hierarchy and feet are."""
 
 from __future__ import annotations
 
@@ -6,8 +6,12 @@ from html import escape
 
 import viser
 
+from equipoise.analysis.feet_phases import PHASE, PHASES, PLANNED
 from equipoise.analysis.report.modes import CONTROL, HIERARCHY, MODES, word_of
 from equipoise.viewer.layer import Moment
+
+FEET = ("left foot", "right foot")
+WELL = tuple(phase.code for phase in PLANNED)
 
 
 class StatusLine:
@@ -30,6 +34,10 @@ def status_html(moment: Moment) -> str:
     if status is not None:
         parts.append(_part("law", word_of(CONTROL, status[0]), status[0] == 0.0))
         parts.append(_part("hierarchy", word_of(HIERARCHY, status[1]), status[1] == 0.0))
+    feet = moment.values.get(PHASE)
+    if feet is not None:
+        parts += [_part(name, word_of(PHASES, code), code in WELL)
+                  for name, code in zip(FEET, feet, strict=True)]  # fmt: skip
     return (
         '<div id="equipoise-status" style="margin: 0.3em 1em; font-size: 0.85em">'
         f"{', '.join(parts)}</div>"

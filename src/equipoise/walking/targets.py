@@ -56,3 +56,10 @@ class WalkTargets:
     centre: LedPose
     upright: dict[str, LedPose] = field(default_factory=dict)
     carrier: LedPose | None = None
+
+    @property
+    def named(self) -> dict[str, LedPose]:
+        """All of them by name."""
+        left, right = self.soles
+        found = {"left_foot": left, "right_foot": right, "centre": self.centre, **self.upright}
+        return found if self.carrier is None else {**found, "carrier": self.carrier}

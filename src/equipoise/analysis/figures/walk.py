@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from equipoise.analysis.feet_phases import PHASE
 from equipoise.analysis.figures.layout import (
     NAMED,
     RIM,
@@ -26,6 +27,7 @@ from equipoise.analysis.figures.style import (
     styled,
 )
 from equipoise.analysis.run_context import RunContext
+from equipoise.contacts import Phase
 from equipoise.contacts.support_polygon import sole_corners
 from equipoise.spatial import Array
 from equipoise.walking import Feet
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+# colours of phases that nobody planned
+UNPLANNED = {Phase.TOUCHED: COLOURS[4], Phase.LATE: COLOURS[3], Phase.LOST: INK}
 SETTLED = 100  # ticks behind a touchdown at which a sole stands
 _CHANNELS = ("walk/centre", "walk/zmp", "walk/dcm", "walk/carries", "com")
 
@@ -120,15 +124,34 @@ def _draw_loads(axes: Axes, context: RunContext) -> None:
 
 
 def _draw_phases(axes: Axes, context: RunContext) -> None:
-    """Draw when each foot carries, as bars."""
+    """Draw when each foot carries, as bars, and inside them what nobody planned of it."""
     t, carries = context.run.t, context.run["walk/carries"]
     for row, name in enumerate(("left", "right")):
         on = np.concatenate(([0.0], carries[:, row], [0.0]))
         starts, ends = np.flatnonzero(np.diff(on) > 0.0), np.flatnonzero(np.diff(on) < 0.0) - 1
         bars = [(t[a], t[b] - t[a]) for a, b in zip(starts, ends, strict=True)]
         axes.broken_barh(bars, (row - 0.3, 0.6), color=COLOURS[row])
+        _draw_unplanned(axes, context, row)
         axes.text(t[0], row + 0.34, f" {name} foot carries", color=SOFT, fontsize="small")
     axes.set_yticks([])
     axes.set_ylim(-0.5, 1.7)
     axes.set_ylabel("supports", color=INK)
     axes.grid(visible=True, axis="x", color=FAINT)
+
+
+def _draw_unplanned(axes: Axes, context: RunContext, row: int) -> None:
+    """Mark while a foot touched early, was late or lost; nothing in a log without phases."""
+    if not context.has(PHASE):
+        return
+    t, codes = context.run.t, context.run[PHASE][:, row]
+    for phase, colour in UNPLANNED.items():
+        on = np.concatenate(([0], (codes == phase.code).astype(int), [0]))
+        starts, ends = np.flatnonzero(np.diff(on) == 1), np.flatnonzero(np.diff(on) == -1) - 1
+        bars = [(t[a], t[b] - t[a]) for a, b in zip(starts, ends, strict=True)]
+        if not bars:
+            continue
+        known = axes.get_legend_handles_labels()[1]
+        label = None if phase.name.lower() in known else phase.name.lower()
+        axes.broken_barh(bars, (row - 0.14, 0.28), color=colour, label=label)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="upper right")

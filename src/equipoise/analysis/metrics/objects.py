@@ -9,8 +9,11 @@ import numpy as np
 
 from equipoise.analysis.metrics.base import Metric
 from equipoise.analysis.run_context import RunContext
+from equipoise.kinematics import KinematicsEvaluator
+from equipoise.scenarios import schema
 from equipoise.spatial import POSE_SIZE, Array
 
+EVERY = 10  # ticks from one look at a held object to the next
 _TILT, _SPEED = POSE_SIZE, POSE_SIZE + 1  # columns of an object's log, after its pose
 
 
@@ -21,9 +24,28 @@ def objects_of(context: RunContext) -> dict[str, Array]:
 
 
 def object_tilt(context: RunContext) -> float | None:
-    """Return the largest lean [rad] of an object at any time."""
-    logs = objects_of(context).values()
-    return max((float(log[:, _TILT].max()) for log in logs), default=None)
+    """Return the largest lean [rad] of an object at any time, by its first palm if it is held."""
+    found = objects_of(context)
+    leans = [float(log[:, _TILT].max()) for log in found.values()]
+    leans += [_held_tilt(context, n) for n in context.scenario.world.objects if n not in found]
+    return max(leans, default=None)
+
+
+def _held_tilt(context: RunContext, name: str) -> float:
+    """Return the largest lean [rad], at every tenth tick, of an object that goes with a palm."""
+    end, evaluator = np.inf, KinematicsEvaluator(context.setup.robot)
+    for spec in context.scenario.contacts.values():
+        if isinstance(spec, schema.GraspContactSpec) and spec.object == name and spec.end:
+            end = spec.end
+    palm = next(hand for held, hand in context.setup.handles if held == name)
+    turns = [
+        evaluator.at(q).placement(palm).rotation.copy()
+        for q in context.run["q"][context.run.t <= end][::EVERY]
+    ]
+    if not turns:
+        return 0.0
+    x, y, z = (np.array(turns) @ turns[0].T[:, 2]).T  # what was upright at the start
+    return float(np.arctan2(np.hypot(x, y), z).max())
 
 
 def object_end_speed(context: RunContext) -> float | None:
@@ -43,7 +65,7 @@ def object_end_error(context: RunContext) -> float | None:
 
 
 METRICS = (
-    Metric("object_tilt", "rad", "largest lean of a free object", object_tilt),
+    Metric("object_tilt", "rad", "largest lean of a free or held object", object_tilt),
     Metric("object_end_error", "m", "free object from its target at the end", object_end_error),
     Metric("object_end_speed", "m/s", "its speed in the last 0.1 s", object_end_speed),
 )

@@ -24,6 +24,14 @@ def _steps(context: RunContext) -> float | None:
     return float((np.diff(context.run[CARRIES], axis=0) > 0.0).sum())
 
 
+def _distance(context: RunContext) -> float | None:
+    """Return how far [m] the base got over the ground."""
+    if CARRIES not in context.run:
+        return None
+    q = context.run["q"]
+    return float(np.hypot(*(q[-1, :2] - q[0, :2])))
+
+
 def _switch_jump(context: RunContext) -> float | None:
     changes = _changes(context)
     if changes is None or not changes.any():
@@ -33,5 +41,6 @@ def _switch_jump(context: RunContext) -> float | None:
 
 METRICS = (
     Metric("walk_steps", "", "feet that were put down", _steps),
+    Metric("walk_distance", "m", "how far the base got over the ground", _distance),
     Metric("switch_jump", "N m", "largest change of a torque as supports change", _switch_jump),
 )

@@ -14,6 +14,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from equipoise.analysis.feet_phases import phases_sentence
 from equipoise.analysis.metrics.verdict import judge, passed
 from equipoise.analysis.report.modes import modes_sentence, status_sentence
 from equipoise.analysis.report.replay_export import Blobs, export_replay
@@ -157,7 +158,8 @@ def _replays(exhibits: Sequence[Exhibit]) -> str:
     cells, notes = [], []
     for i, exhibit in enumerate(exhibits):
         verdict = _verdict(exhibit)
-        told = (*exhibit.notes, modes_sentence(exhibit.run), status_sentence(exhibit.run))
+        run = exhibit.run
+        told = (*exhibit.notes, modes_sentence(run), status_sentence(run), phases_sentence(run))
         said = "".join(f'<p class="soft">{escape(note)}</p>' for note in told if note)
         notes.append(f"<section>{said}</section>")
         canvas = f'<canvas id="replay{i}"></canvas>' if exhibit.replay is not None else ""

@@ -177,8 +177,8 @@ class PostureSpec(TaskBase):
 class FrameAxesSpec(AlongSpec):
     """Chosen axes of a frame follow waypoints: position only unless rx, ry, rz are among `axes`.
 
-    Waypoints may go along with a slider or a walk. The axes are those of the waypoint;
-    `offset` in the frame is the point that goes there.
+    Waypoints may go along with a slider or a walk. The axes are those of the waypoint; `offset` in
+    the frame is the point that goes there.
     """
 
     kind: Literal["frame_axes"]

@@ -25,17 +25,17 @@ def build_fades(scenario: schema.Scenario) -> dict[str, Fade]:
     return fades
 
 
-def contact_tasks(scenario: schema.Scenario, setup: Setup) -> list[Task]:
+def contact_tasks(scenario: schema.Scenario, setup: Setup, *, supports: bool = True) -> list[Task]:
     """Return the tasks of level 0: one of contacts that hold or are switched, one for each ramp.
 
     A contact is faded in before it holds and out when it holds no more: while it holds, the
-    velocity never violates it. Where the robot walks, its feet have tasks of their own.
+    velocity never violates it. Without `supports` only what does not carry the robot is held.
     """
     ramped, rate = _ramped(scenario), scenario.control.contact_rate
     schedule = setup.reference_schedule
-    if not ramped and scenario.walk is None:
+    if not ramped and supports:
         return [ContactTask("contacts", schedule, rate=rate)]
-    held = [c for c in schedule.contacts if scenario.walk is None or not c.supporting]
+    held = [contact for contact in schedule.contacts if supports or not contact.supporting]
     kept = [contact for contact in held if contact.name not in ramped]
     tasks: list[Task] = []
     if kept:

@@ -67,7 +67,7 @@ def build_levels(
     Where the robot walks, level 0 has the tasks of its feet in place of their contacts.
     """
     tasks = {name: _build(name, spec, scenario, setup) for name, spec in _enabled(scenario)}
-    contacts = contact_tasks(scenario, setup)
+    contacts = contact_tasks(scenario, setup, supports=walk is None)
     if walk is None:
         return _by_priority(scenario, contacts, tasks)
     first = [*walk.feet_tasks(), *contacts]

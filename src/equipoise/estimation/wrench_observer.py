@@ -73,7 +73,7 @@ class WrenchObserver:
         if self._r is None or not contacts.size:
             return np.zeros(contacts.size)
         kin = self._kinematics.at(q, v, t)
-        parts = [_wrench_rows(contact, kin) for contact in contacts.contacts]
+        parts = [wrench_rows(contact, kin) for contact in contacts.contacts]
         J = np.vstack([rows for rows, _ in parts])
         wrenches = np.linalg.lstsq(J.T, self._r, rcond=1e-9)[0]
         ends = np.cumsum([len(rows) for rows, _ in parts])[:-1]
@@ -82,7 +82,7 @@ class WrenchObserver:
         )
 
 
-def _wrench_rows(contact: Contact, kin: Kinematics) -> tuple[Array, Array]:
+def wrench_rows(contact: Contact, kin: Kinematics) -> tuple[Array, Array]:
     """Return rows (m, nv) of all that a contact may do, and what of it is its multipliers (k, m).
 
     A palm that rubs has forces across its normal and moments too: left out, others would be taken

@@ -173,7 +173,7 @@ def wire_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add how robot and controller are joined; the command gets it as `wire`, to be called."""
 
     @click.option(
-        "--wire", "protocol", default="udp", show_default=True, help="Protocol: udp or unitree."
+        "--wire", "protocol", default="udp", show_default=True, help="udp, unitree or session:FILE."
     )
     @click.option("--wire-host", default="127.0.0.1", help="Robot's address or interface.")
     @click.option("--wire-port", type=click.IntRange(0, 65535), help="Port [47100], or DDS domain.")
@@ -182,11 +182,17 @@ def wire_options(command: Callable[..., None]) -> Callable[..., None]:
     )
     @wraps(command)
     def with_wire(
-        *, protocol: str, wire_host: str, wire_port: int | None, lockstep: bool, **given: Any
+        *,
+        protocol: str,
+        wire_host: str,
+        wire_port: int | None,
+        lockstep: bool,
+        record: Path | None = None,
+        **given: Any,
     ) -> None:
         from equipoise.remote.commands import WireOptions
 
-        command(wire=WireOptions(protocol, wire_host, wire_port, lockstep), **given)
+        command(wire=WireOptions(protocol, wire_host, wire_port, lockstep, record), **given)
 
     return with_wire
 
@@ -224,6 +230,7 @@ def plant(
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")
+@click.option("--record", type=click.Path(path_type=Path), help="Write the session (npz).")
 @page_options
 @wire_options
 def control(

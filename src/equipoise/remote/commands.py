@@ -34,12 +34,14 @@ from equipoise.wire.interface import (
 from equipoise.wire.model import WireModel
 from equipoise.wire.packets import Codec, Fault
 from equipoise.wire.server import UdpServer
+from equipoise.wire.session import RecordingRobot, SessionRobot
 from equipoise.wire.unitree.dds import LOOPBACK, DdsEnd, DdsOptions
 from equipoise.wire.unitree.robot import UnitreeRobot
 from equipoise.wire.unitree.server import UnitreeServer, require_ticks
 
 Say = Callable[[str], None]
 WIRES = ("udp", "unitree")
+SESSION = "session:"  # before the name of a file
 
 
 @dataclass(frozen=True)
@@ -47,17 +49,27 @@ class WireOptions:
     """Which wire, where, and whether the robot's time waits for commands.
 
     Of unitree `host` is a network interface, this machine alone by default, and `port` the domain
-    of DDS.
+    of DDS. `wire` may also be `session:FILE`, a session that is read again; `record` is the file
+    that a session is written to.
     """
 
     wire: str = "udp"
     host: str = LOCAL
     port: int | None = None
     lockstep: bool = True
+    record: Path | None = None
 
     def __post_init__(self) -> None:
-        if self.wire not in WIRES:
-            raise InputError(f"there is no wire {self.wire!r}", known=WIRES)
+        if self.wire not in WIRES and self.session is None:
+            raise InputError(f"there is no wire {self.wire!r}", known=(*WIRES, f"{SESSION}FILE"))
+        if self.session is not None and not self.lockstep:
+            raise InputError("a session has no time of its own", remedy="Leave --realtime out")
+
+    @property
+    def session(self) -> Path | None:
+        """The session that is read again, None for a robot."""
+        begins = self.wire.startswith(SESSION)
+        return Path(self.wire.removeprefix(SESSION)) if begins else None
 
     @property
     def address(self) -> Address:
@@ -69,23 +81,25 @@ class WireOptions:
 
         Raises: `InputError`.
         """
-        if self.wire == "unitree":
-            return self._unitree(controls, model)
+        setup, period = controls.setup, controls.scenario.control.period
+        digest = WireModel.of(setup.robot, setup.contacts, period, lockstep=True).digest
+        if self.session is not None:
+            replayed = SessionRobot(self.session, digest)
+            return replayed if replayed.measures_base else _estimating(replayed, controls)
+        link = self._unitree(controls, model) if self.wire == "unitree" else self._udp(model)
+        if self.record is not None:
+            link = RecordingRobot(link, self.record, digest)
+        return _estimating(link, controls) if self.wire == "unitree" else link
+
+    def _udp(self, model: WireModel) -> RobotInterface:
         robot = self.address
         socket = UdpSocket((own_side(robot[0]), 0), Codec(model).longest)
         return UdpRobot(model, socket, robot)
 
     def _unitree(self, controls: Controls, model: WireModel) -> RobotInterface:
-        setup, physics = controls.setup, controls.scenario.physics
         require_ticks(controls.scenario.control.period)
         dds = DdsEnd("rt/lowstate", "rt/lowcmd", self._dds())
-        return EstimatingRobot(
-            UnitreeRobot(setup.robot, model.rows, dds),
-            setup.robot,
-            setup.contacts,
-            setup.schedule,
-            rotor_inertia=physics.mujoco.armature if physics.engine == "mujoco" else 0.0,
-        )
+        return UnitreeRobot(controls.setup.robot, model.rows, dds)
 
     def _dds(self) -> DdsOptions:
         interface = LOOPBACK if self.host == LOCAL else self.host
@@ -101,6 +115,18 @@ class WireOptions:
         socket = UdpSocket(self.address, Codec(model).longest)
         host, port = socket.address
         return UdpServer(model, socket, oldest), f"listens at {host} port {port}"
+
+
+def _estimating(link: RobotInterface, controls: Controls) -> EstimatingRobot:
+    """Return a robot with what it does not measure estimated."""
+    setup, physics = controls.setup, controls.scenario.physics
+    return EstimatingRobot(
+        link,
+        setup.robot,
+        setup.contacts,
+        setup.schedule,
+        rotor_inertia=physics.mujoco.armature if physics.engine == "mujoco" else 0.0,
+    )
 
 
 def make_robot(scenario: Scenario) -> SimulatedRobot:
@@ -123,6 +149,9 @@ def control_robot(scenario: Scenario, options: WireOptions, say: Say) -> RemoteR
             for sentence in claim_machine():
                 say(sentence)
             run.released = release_machine
+        replayed = getattr(run.link, "behind", run.link)
+        if isinstance(replayed, SessionRobot):
+            run.released = lambda: run.tell(replayed.sentence())
     except BaseException:
         run.close()
         raise
@@ -137,6 +166,8 @@ def serve_plant(
     Its true states are written to `truth`, if that is given. Ctrl-C ends it as it is.
     Raises: `InputError`, `ScenarioError`.
     """
+    if options.session is not None:
+        raise InputError("a session is no robot", remedy="It is for equipoise control")
     robot = make_robot(scenario)
     if not options.lockstep:
         _warm_up(make_robot(scenario))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -257,7 +258,8 @@ def control(
     def carry_out(given: Output) -> Run:
         from equipoise.api import run_made
 
-        return run_made(spec, lambda s: control_robot(s, wire, click.echo), given)
+        armed = replace(wire, armed=True)
+        return run_made(spec, lambda s: control_robot(s, armed, click.echo), given)
 
     _carry_out(carry_out, **output)
 

@@ -99,7 +99,7 @@ def test_a_session_that_is_read_again_gives_the_same_torques(tmp_path: Path, bli
 def test_another_command_is_noticed(tmp_path: Path):
     path = tmp_path / "session"
     driven(lambda controls, model: RecordingRobot(Robot(controls, False), path, DIGEST))
-    other = read_scenario("press", ["duration=0.1", "control.alpha=9.0"])
+    other = read_scenario("press", ["duration=0.1", "control.gains.alpha=9.0"])
     replayed = SessionRobot(path, DIGEST)
     run = RemoteRun(other, lambda *_: replayed, lockstep=True, prepared=prepared())
     for _ in run.ticks():

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from equipoise.errors import InputError
 from equipoise.estimation import EstimatingRobot
 from equipoise.physics import DivergedError
+from equipoise.remote.bring_up import BroughtUp
 from equipoise.remote.drive import RemoteRun
 from equipoise.remote.far_end import FarEnd, FarEndSettings
 from equipoise.remote.realtime import Ticker, claim_machine, release_machine
@@ -50,7 +52,7 @@ class WireOptions:
 
     Of unitree `host` is a network interface, this machine alone by default, and `port` the domain
     of DDS. `wire` may also be `session:FILE`, a session that is read again; `record` is the file
-    that a session is written to.
+    that a session is written to. One who is `armed` may move the robot before the run begins.
     """
 
     wire: str = "udp"
@@ -58,6 +60,7 @@ class WireOptions:
     port: int | None = None
     lockstep: bool = True
     record: Path | None = None
+    armed: bool = False
 
     def __post_init__(self) -> None:
         if self.wire not in WIRES and self.session is None:
@@ -87,6 +90,8 @@ class WireOptions:
             replayed = SessionRobot(self.session, digest)
             return replayed if replayed.measures_base else _estimating(replayed, controls)
         link = self._unitree(controls, model) if self.wire == "unitree" else self._udp(model)
+        if self.armed:
+            link = BroughtUp(link, setup.robot, controls.q_start[setup.robot.nq_base :])
         if self.record is not None:
             link = RecordingRobot(link, self.record, digest)
         return _estimating(link, controls) if self.wire == "unitree" else link
@@ -145,17 +150,31 @@ def control_robot(scenario: Scenario, options: WireOptions, say: Say) -> RemoteR
     try:
         for sentence in run.meet():
             say(sentence)
+        for link in _chain(run.link):
+            if isinstance(link, BroughtUp) and link.told:
+                say(link.told)
         if not options.lockstep:
             for sentence in claim_machine():
                 say(sentence)
             run.released = release_machine
-        replayed = getattr(run.link, "behind", run.link)
-        if isinstance(replayed, SessionRobot):
-            run.released = lambda: run.tell(replayed.sentence())
+        for link in _chain(run.link):
+            if isinstance(link, SessionRobot):
+                run.released = partial(_compare, run, link)
     except BaseException:
         run.close()
         raise
     return run
+
+
+def _chain(link: RobotInterface) -> Iterator[RobotInterface]:
+    """Yield a link, what is behind it, and so on."""
+    while link is not None:
+        yield link
+        link = getattr(link, "behind", None)
+
+
+def _compare(run: RemoteRun, session: SessionRobot) -> None:
+    run.tell(session.sentence())
 
 
 def serve_plant(

@@ -30,6 +30,7 @@ class CommandMode(IntEnum):
 
     TORQUE = 0  # give the torque
     HOLD = 1  # hold the posture of the moment without being told anything more
+    POSTURE = 2  # before any torque: go to a posture by its own servos, and stay there
 
 
 COMMAND_MODES, ROBOT_MODES = frozenset(CommandMode), frozenset(RobotMode)
@@ -65,11 +66,15 @@ class RobotState(NamedTuple):
 
 
 class RobotCommand(NamedTuple):
-    """What a robot is told: `tau` (na,) [N m], in answer to the state of time `t` [s]."""
+    """What a robot is told: `tau` (na,) [N m], in answer to the state of time `t` [s].
+
+    `posture` (na,) [rad] of the joints counts in the mode of that name alone.
+    """
 
     t: float
     mode: CommandMode
     tau: Array
+    posture: Array = np.zeros(0)
 
 
 class RobotLostError(EquipoiseError):

@@ -55,7 +55,7 @@ class UnitreeRobot:
         self._stamps = Stamps(robot.nq_base, robot.nv_base)
         self._posture = np.zeros(robot.na)
         self._tau = np.zeros(robot.na)
-        self._commands = self._closed = False
+        self._commands = self._driven = self._closed = False
 
     def read(self, timeout: float) -> RobotState | None:
         """Return the newest state not read before; see `RobotInterface`."""
@@ -101,9 +101,10 @@ class UnitreeRobot:
         self._writer, self._last_tick = writer, tick
         if self._first_tick < 0:
             self._first_tick, self._message.fields["mode_machine"] = tick, fields["mode_machine"]
+            self._tau = np.clip(tau, -self.robot.tau_max, self.robot.tau_max)  # what carries it now
         self._sequence += 1
         self._posture = joints[0]
-        mode = RobotMode.DRIVEN if self._commands else RobotMode.WAITING
+        mode = RobotMode.DRIVEN if self._driven else RobotMode.WAITING
         if said:
             mode = RobotMode(said - 1)
         return self._state(tick, mode, joints, tau, unit, self._health(fields))
@@ -141,17 +142,21 @@ class UnitreeRobot:
             raise InputError("a commanded torque is beyond the limits of its joint", given=tau)
         if self._first_tick < 0:
             raise InputError("no robot has been heard yet", remedy="Read a state first")
-        holds = command.mode is CommandMode.HOLD
+        by_torque = command.mode is CommandMode.TORQUE
         motors, places = self._message.fields["motor_cmd"], self._motors.places
-        self._tau = self._tau if holds else tau
+        posture = self._posture  # that of the moment
+        if command.mode is CommandMode.POSTURE:
+            posture = real_vector("posture", command.posture, self.robot.na)
+        elif by_torque:
+            self._tau = tau
         motors["mode"][places] = ENABLED
-        motors["q"][places] = self._posture if holds else 0.0
+        motors["q"][places] = 0.0 if by_torque else posture
         motors["tau"][places] = self._tau
-        motors["kp"][places] = self._motors.kp if holds else 0.0
-        motors["kd"][places] = self._motors.kd if holds else 0.0
+        motors["kp"][places] = 0.0 if by_torque else self._motors.kp
+        motors["kd"][places] = 0.0 if by_torque else self._motors.kd
         answered = self._first_tick + round(command.t / TICK)
         self._message.fields["reserve"][:2] = answered + 1, command.mode
-        self._commands = True
+        self._commands, self._driven = True, self._driven or by_torque
         self._dds.send(self._message.packet())
 
     def close(self) -> None:

@@ -203,12 +203,14 @@ def wire_options(command: Callable[..., None]) -> Callable[..., None]:
 @value_options
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
 @click.option("--truth", type=click.Path(path_type=Path), help="Write the true states (npz).")
+@click.option("--away", type=float, default=0.0, help="Begin with its arms off by this [rad].")
 @wire_options
 def plant(
     scenario: str,
     overrides: tuple[str, ...],
     robot: str | None,
     truth: Path | None,
+    away: float,
     wire: WireOptions,
 ) -> None:
     """Be the robot of SCENARIO, simulated, for a controller in another process.
@@ -220,7 +222,8 @@ def plant(
     from equipoise.remote.commands import serve_plant
     from equipoise.scenarios import read_scenario
 
-    serve_plant(read_scenario(scenario, overrides, robot=robot), wire, click.echo, truth)
+    spec = read_scenario(scenario, overrides, robot=robot)
+    serve_plant(spec, wire, click.echo, truth, away)
 
 
 @cli.command()

@@ -14,7 +14,7 @@ from wire_models import model, state, torque
 from equipoise import SoleContact, get_robot
 from equipoise.contacts import ContactStack
 from equipoise.errors import InputError
-from equipoise.wire import Codec, Fault, Kind, WireModel
+from equipoise.wire import Codec, CommandMode, Fault, Kind, WireModel
 from equipoise.wire.packets import CRC, Header, Parties
 
 BOTH = Parties(7, 9)

@@ -158,7 +158,7 @@ def test_a_torque_arrives_and_holding_asks_for_servos(ends):
 
 def test_holding_takes_over_without_a_jump(ends):
     """Evaluated as a robot does: on the state that it sent, at rest, it is the last torque."""
-    robot, server, near, _ = ends
+    robot, server, _, _ = ends
     state = state_of(robot.robot, 0.0)
     state = state._replace(v=np.zeros_like(state.v))
     server.send(state)

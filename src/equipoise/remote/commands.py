@@ -24,6 +24,7 @@ from equipoise.scenarios import Scenario
 from equipoise.simulation.build.assemble import Controls, assemble_plant, starting_posture
 from equipoise.simulation.build.setup import build_setup
 from equipoise.simulation.simulated_robot import SimulatedRobot
+from equipoise.spatial import Array
 from equipoise.wire.client import UdpRobot
 from equipoise.wire.datagrams import LOCAL, PORT, Address, UdpSocket, own_side, resolved
 from equipoise.wire.interface import (
@@ -134,11 +135,30 @@ def _estimating(link: RobotInterface, controls: Controls) -> EstimatingRobot:
     )
 
 
-def make_robot(scenario: Scenario) -> SimulatedRobot:
-    """Return the simulated robot of a scenario where it starts."""
+def make_robot(scenario: Scenario, away: float = 0.0) -> SimulatedRobot:
+    """Return the simulated robot of a scenario where it starts, its arms `away` [rad] from there.
+
+    Raises: `InputError`, `ScenarioError`.
+    """
     setup = build_setup(scenario)
-    plant, tau = assemble_plant(scenario, setup, starting_posture(scenario, setup))
+    q = starting_posture(scenario, setup)
+    if away:
+        q = _moved_arms(setup.robot, q, away)
+    plant, tau = assemble_plant(scenario, setup, q)
     return SimulatedRobot(plant, scenario.control.period, tau)
+
+
+def _moved_arms(robot: Robot, q: Array, by: float) -> Array:
+    """Return a configuration whose joints of one arm alone are nearer to their middle by `by`."""
+    kin = robot.at(q)
+    moves = [np.abs(kin.jacobian(palm.frame)).max(axis=0) > 0.0 for palm in robot.palms]
+    if len(moves) != 2:
+        raise InputError(f"{robot.name} has no two arms", given=len(moves))
+    arms = np.logical_xor(*moves)[robot.nv_base :]
+    moved, joints = q.copy(), q[robot.nq_base :]
+    middle = 0.5 * (robot.q_min + robot.q_max)
+    moved[robot.nq_base :] += np.where(arms, np.copysign(by, middle - joints), 0.0)
+    return moved
 
 
 def control_robot(scenario: Scenario, options: WireOptions, say: Say) -> RemoteRun:
@@ -178,16 +198,21 @@ def _compare(run: RemoteRun, session: SessionRobot) -> None:
 
 
 def serve_plant(
-    scenario: Scenario, options: WireOptions, say: Say, truth: Path | None = None
+    scenario: Scenario,
+    options: WireOptions,
+    say: Say,
+    truth: Path | None = None,
+    away: float = 0.0,
 ) -> FarEnd:
     """Be the robot of a scenario until it was left and has come to rest; return how it ended.
 
-    Its true states are written to `truth`, if that is given. Ctrl-C ends it as it is.
+    Its true states are written to `truth`, if that is given; it begins with its arms `away` [rad]
+    from where the scenario starts. Ctrl-C ends it as it is.
     Raises: `InputError`, `ScenarioError`.
     """
     if options.session is not None:
         raise InputError("a session is no robot", remedy="It is for equipoise control")
-    robot = make_robot(scenario)
+    robot = make_robot(scenario, away)
     if not options.lockstep:
         _warm_up(make_robot(scenario))
     contacts, period = robot.plant.contacts, scenario.control.period

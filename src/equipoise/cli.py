@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -173,7 +174,7 @@ def wire_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add how robot and controller are joined; the command gets it as `wire`, to be called."""
 
     @click.option(
-        "--wire", "protocol", default="udp", show_default=True, help="Protocol: udp or unitree."
+        "--wire", "protocol", default="udp", show_default=True, help="udp, unitree or session:FILE."
     )
     @click.option("--wire-host", default="127.0.0.1", help="Robot's address or interface.")
     @click.option("--wire-port", type=click.IntRange(0, 65535), help="Port [47100], or DDS domain.")
@@ -182,11 +183,17 @@ def wire_options(command: Callable[..., None]) -> Callable[..., None]:
     )
     @wraps(command)
     def with_wire(
-        *, protocol: str, wire_host: str, wire_port: int | None, lockstep: bool, **given: Any
+        *,
+        protocol: str,
+        wire_host: str,
+        wire_port: int | None,
+        lockstep: bool,
+        record: Path | None = None,
+        **given: Any,
     ) -> None:
         from equipoise.remote.commands import WireOptions
 
-        command(wire=WireOptions(protocol, wire_host, wire_port, lockstep), **given)
+        command(wire=WireOptions(protocol, wire_host, wire_port, lockstep, record), **given)
 
     return with_wire
 
@@ -196,12 +203,14 @@ def wire_options(command: Callable[..., None]) -> Callable[..., None]:
 @value_options
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
 @click.option("--truth", type=click.Path(path_type=Path), help="Write the true states (npz).")
+@click.option("--away", type=float, default=0.0, help="Begin with its arms off by this [rad].")
 @wire_options
 def plant(
     scenario: str,
     overrides: tuple[str, ...],
     robot: str | None,
     truth: Path | None,
+    away: float,
     wire: WireOptions,
 ) -> None:
     """Be the robot of SCENARIO, simulated, for a controller in another process.
@@ -213,7 +222,8 @@ def plant(
     from equipoise.remote.commands import serve_plant
     from equipoise.scenarios import read_scenario
 
-    serve_plant(read_scenario(scenario, overrides, robot=robot), wire, click.echo, truth)
+    spec = read_scenario(scenario, overrides, robot=robot)
+    serve_plant(spec, wire, click.echo, truth, away)
 
 
 @cli.command()
@@ -224,6 +234,7 @@ def plant(
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")
+@click.option("--record", type=click.Path(path_type=Path), help="Write the session (npz).")
 @page_options
 @wire_options
 def control(
@@ -250,7 +261,8 @@ def control(
     def carry_out(given: Output) -> Run:
         from equipoise.api import run_made
 
-        return run_made(spec, lambda s: control_robot(s, wire, click.echo), given)
+        armed = replace(wire, armed=True)
+        return run_made(spec, lambda s: control_robot(s, armed, click.echo), given)
 
     _carry_out(carry_out, **output)
 

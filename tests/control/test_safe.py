@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from equipoise.compiled.workspace import Workspace
 from equipoise.contacts import ContactStack
 from equipoise.control import Mode, SupervisorLimits
 from equipoise.control.base_from_contacts import BaseFromContacts, base_from_contacts
@@ -58,9 +59,8 @@ def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
     v = stack.at(robot.at(q)).project(rng.normal(size=robot.nv))
     blind_q, blind_v = q.copy(), v.copy()
     blind_q[:7], blind_v[:6] = np.nan, np.nan
-    found = base_from_contacts(
-        robot, KinematicsEvaluator(robot), stack, robot.q_half_sitting, blind_q, blind_v
-    )
+    kinematics = KinematicsEvaluator(robot)
+    found = base_from_contacts(robot, kinematics, stack, robot.q_half_sitting, blind_q, blind_v)
     assert found is not None
     apart = pin.difference(robot.model, q, found[0])
     assert np.abs(apart).max() < 1e-5
@@ -169,6 +169,23 @@ def test_a_hold_goes_on_from_its_state_with_the_same_bits():
         b = other.step(0.3 + k * 1e-3, blind_q, blind_v, lam)
         assert np.array_equal(a.tau, b.tau)
         assert a.mode is Mode.SAFE
+
+
+def test_a_bridged_tick_makes_no_memory(monkeypatch):
+    """What is made once, a tick reuses: with memory made anew it took ten times its period."""
+    simulation = press("g1", "rigid", "duration=0.2")
+    controller, state = simulation.controller, simulation.engine.state
+    blind_q, blind_v = state.q.copy(), state.v.copy()
+    blind_q[:7], blind_v[:6] = np.nan, np.nan
+    lam = np.full(controller.contacts.size, np.nan)
+    controller.step(0.0, state.q, state.v, np.zeros_like(lam))
+    controller.step(0.001, blind_q, blind_v, lam)
+    made = []
+    begin = Workspace.__init__
+    monkeypatch.setattr(Workspace, "__init__", lambda *a, **k: (made.append(1), begin(*a, **k))[1])
+    for k in range(2, 6):
+        assert controller.step(1e-3 * k, blind_q, blind_v, lam).mode is Mode.DEGRADED
+    assert not made
 
 
 @pytest.mark.parametrize("name", ["hrp2", "g1"])

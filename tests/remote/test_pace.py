@@ -10,7 +10,7 @@ import pytest
 
 from equipoise.remote import realtime
 from equipoise.remote.pace import LOST, PATIENCE, SLACK, Due, Lockstep, RealTime
-from equipoise.remote.realtime import EDGES_US, Lateness, Ticker
+from equipoise.remote.realtime import CATCH_UP, EDGES_US, Lateness, Ticker
 from equipoise.wire import CommandMode, RobotCommand, RobotLostError, RobotMode, RobotState
 
 DT = 1e-3
@@ -100,6 +100,19 @@ def test_a_late_state_is_given_to_the_next_tick():
     assert pace.next(2, ANSWER) == Due(3, late)
 
 
+def test_a_robot_whose_time_stood_still_is_waited_for():
+    """Every state comes 10 periods later from the sixth on: after a while none is late any more."""
+    arrivals = [((k + 10 * (k > 5)) * DT, state(k)) for k in range(1, 200)]
+    _, pace = real_time(*arrivals)
+    tick, without = 0, []
+    while tick < 199:
+        before = pace.missed
+        tick, _ = pace.next(tick, ANSWER)
+        without.append(pace.missed - before)
+    assert sum(without) <= 25
+    assert sum(without[-150:]) == 0
+
+
 def test_a_delay_that_stays_is_no_lateness():
     """Times are those of the arrivals: a wire of constant length loses nothing."""
     _, pace = real_time(*((k * DT + 0.02, state(k)) for k in range(1, 50)))
@@ -143,7 +156,7 @@ def test_deadlines_do_not_drift(monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(realtime.time, "monotonic", lambda: clock[0])
     monkeypatch.setattr(realtime.time, "sleep", lambda s: clock.__setitem__(0, clock[0] + s))
-    ticker, random = Ticker(DT), np.random.default_rng(0)
+    ticker, random = Ticker(DT, catch_up=1.0), np.random.default_rng(0)
     for _ in range(1000):
         ticker.wait()
         clock[0] += random.uniform(0.0, 1.9 * DT) * (random.random() < 0.8)
@@ -165,6 +178,23 @@ def test_a_long_stop_is_not_caught_up_with(monkeypatch):
     assert clock[0] == pytest.approx(1.0 + DT)
 
 
+def test_a_robot_that_was_late_does_not_go_far_at_once(monkeypatch):
+    """Whatever a tick took, no more than `catch_up` is made good without waiting."""
+    clock, starts = [0.0], []
+    monkeypatch.setattr(realtime.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(realtime.time, "sleep", lambda s: clock.__setitem__(0, clock[0] + s))
+    ticker, random = Ticker(DT), np.random.default_rng(1)
+    for _ in range(2000):
+        ticker.wait()
+        starts.append(clock[0])
+        clock[0] += random.choice([0.0002, 0.004, 0.03], p=[0.98, 0.01, 0.01])
+    ahead = round(CATCH_UP / DT) + 2  # ticks that may begin within one period
+    for k in range(len(starts) - ahead):
+        assert starts[k + ahead] - starts[k] > DT
+    given_up = clock[0] - 2000 * DT
+    assert ticker.lateness.given_up_s == pytest.approx(given_up, abs=CATCH_UP + 0.03)
+
+
 def test_lateness_is_told_by_class():
     lateness = Lateness()
     for late in (10e-6, 60e-6, 60e-6, 0.5):
@@ -179,12 +209,14 @@ def test_lateness_is_told_by_class():
 def test_claiming_the_machine_says_what_was_permitted():
     """In a program of its own, whose children are scheduled as usual."""
     code = (
-        "import os, subprocess, sys; from equipoise.remote.realtime import claim_machine; "
+        "import os, subprocess, sys; "
+        "from equipoise.remote.realtime import claim_machine, release_machine; "
         "print(claim_machine(lock=False)); sys.stdout.flush(); "
+        "release_machine(); print(os.sched_getscheduler(0)); sys.stdout.flush(); claim_machine(); "
         "subprocess.run([sys.executable, '-c', 'import os; print(os.sched_getscheduler(0))'])"
     )
     said = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     ).stdout.splitlines()
     assert "scheduled" in said[0]
-    assert said[1] == "0"  # SCHED_OTHER
+    assert said[1:] == ["0", "0"]  # SCHED_OTHER: after it was given back, and of a child

@@ -156,6 +156,54 @@ def test_a_torque_arrives_and_holding_asks_for_servos(ends):
     assert taken.mode is CommandMode.HOLD
 
 
+def test_holding_takes_over_without_a_jump(ends):
+    """Evaluated as a robot does: on the state that it sent, at rest, it is the last torque."""
+    robot, server, _, _ = ends
+    state = state_of(robot.robot, 0.0)
+    state = state._replace(v=np.zeros_like(state.v))
+    server.send(state)
+    robot.read(0.1)
+    tau = 0.4 * robot.robot.tau_max
+    robot.write(RobotCommand(0.0, CommandMode.TORQUE, tau))
+    server.receive(0.0)
+    robot.close()
+    np.testing.assert_allclose(server.receive(0.0).tau, tau, rtol=1e-5)
+
+
+def test_a_posture_is_led_to_around_the_torque_that_carries(ends):
+    robot, server, _, _ = ends
+    state = state_of(robot.robot, 0.0)
+    server.send(state)
+    assert robot.read(0.1).mode is RobotMode.DRIVEN  # as the simulated robot says of itself
+    posture = state.q[7:] + 0.01
+    robot.write(RobotCommand(0.0, CommandMode.POSTURE, np.zeros(29), posture))
+    taken = server.receive(0.0)
+    assert taken.mode is CommandMode.POSTURE
+    np.testing.assert_allclose(taken.posture, posture, rtol=1e-6, atol=1e-6)
+    motors = Motors.of(robot.robot)
+    limit = robot.robot.tau_max
+    wanted = np.clip(
+        np.clip(state.tau, -limit, limit) + 0.01 * motors.kp - motors.kd * state.v[6:],
+        -limit,
+        limit,
+    )
+    np.testing.assert_allclose(taken.tau, wanted, atol=1e-3)
+
+
+def test_a_robot_that_let_go_is_known_by_its_word(ends):
+    robot, server, _, far = ends
+    server.send(state_of(robot.robot, 0.0)._replace(mode=RobotMode.HELD))
+    assert robot.read(0.1).mode is RobotMode.HELD
+    message = Message(LOW_STATE)  # a robot of Unitree leaves the word at zero
+    message.fields["imu_state"]["quat_wxyz"] = 1.0, 0.0, 0.0, 0.0
+    far.send(message.packet())
+    assert robot.read(0.1).mode is RobotMode.WAITING
+    message.fields["reserve"][0] = 77
+    far.send(message.packet())
+    assert robot.read(0.1) is None
+    assert robot.dropped == {Fault.VALUES: 1}
+
+
 def test_a_servo_of_the_sdk_is_evaluated_on_the_state(ends):
     """What Unitree's own programs send: a posture with gains, no tick that it answers."""
     robot, server, near, _ = ends

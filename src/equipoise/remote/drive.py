@@ -21,6 +21,7 @@ from equipoise.simulation.held_rows import HeldRows
 from equipoise.simulation.recorder import Recorder
 from equipoise.spatial import Array
 from equipoise.wbc import WholeBodyCommand
+from equipoise.wire.health import HOTTEST_AT_START, told_of_health, trouble
 from equipoise.wire.interface import (
     CommandMode,
     RobotCommand,
@@ -126,11 +127,21 @@ class RemoteRun(ControlledRun):
             raise RobotLostError(
                 f"The robot is not where the scenario starts: {name} is off by {far[worst]:.3f}."
             )
+        names = self.robot.joint_names
+        unfit = trouble(state.health, names, HOTTEST_AT_START)
+        if unfit:
+            raise RobotLostError(f"The robot is not fit to be driven: {unfit}.")
         name = self.robot.velocity_names[worst]
         return [
             f"{self.robot.name} is heard and waits; names, limits, contacts and period agree",
             f"it stands where it should, {1e3 * far[worst]:.2g} mm or mrad off at most ({name})",
+            *told_of_health(state.health, names),
         ]
+
+    def tell(self, sentence: str) -> None:
+        """Add a sentence to the story, once."""
+        if sentence not in self._told:
+            self._told.append(sentence)
 
     def close(self) -> None:
         """Let go of the robot, which then holds its posture by itself."""
@@ -160,6 +171,8 @@ class RemoteRun(ControlledRun):
         assert due.state is not None
         seen, heard = self._seen(due.state, None), due.state.t
         while due.tick < self.steps:
+            if due.state is not None:
+                self._require_fit(due.state)
             k, t, arrived = due.tick, due.tick * self.dt, perf_counter_ns()
             self._ask(t, seen)
             command = self._command(t, due.state)
@@ -184,6 +197,12 @@ class RemoteRun(ControlledRun):
                 yield self._recorded(t, seen, command, after, record)
             seen = after
 
+    def _require_fit(self, state: RobotState) -> None:
+        """Refuse to drive on a robot that says it must not be. Raises: `RobotLostError`."""
+        unfit = trouble(state.health, self.robot.joint_names)
+        if unfit:
+            raise RobotLostError(f"The robot was let go at t = {state.t:.3f} s: {unfit}.")
+
     def _warm_up(self, state: RobotState) -> None:
         """Go through all that a tick may need, so that no kernel is loaded while time runs."""
         controller, changes = self.controller, self.controller.supervisor.changes
@@ -207,8 +226,8 @@ class RemoteRun(ControlledRun):
     def _ask(self, t: float, seen: PhysicsState) -> None:
         if self.operator_port is not None:
             pushed = self.operator_port.before_tick(t, seen)
-            if pushed is not None and NO_PUSH not in self._told:
-                self._told.append(NO_PUSH)
+            if pushed is not None:
+                self.tell(NO_PUSH)
 
     def _seen(self, state: RobotState, before: PhysicsState | None) -> PhysicsState:
         """Return a state for the log: what is missing is as it was."""

@@ -10,7 +10,6 @@ import numpy as np
 from equipoise.errors import InputError
 from equipoise.physics import DivergedError
 from equipoise.simulation.simulated_robot import SimulatedRobot
-from equipoise.spatial import Array
 from equipoise.wire.interface import (
     CommandMode,
     RobotCommand,
@@ -74,7 +73,7 @@ class FarEnd:
         self._now: Callable[[], float] = server.now
         self._heard, self._heard_wall = 0.0, self._now()
         self._sent_wall = -np.inf
-        self._tau: Array | None = None
+        self._command: RobotCommand | None = None  # the newest, in real time
         self._alone_at = np.inf
         self._height = 0.0  # of the base when it was left alone
         self._state: RobotState | None = robot.read(0.0)
@@ -110,8 +109,8 @@ class FarEnd:
 
     def _answer(self, command: RobotCommand | None) -> None:
         """Go on if the state was answered; say it again if that takes long."""
-        if command is not None and command.mode is CommandMode.TORQUE:
-            self._advance(command.tau)
+        if command is not None and command.mode is not CommandMode.HOLD:
+            self._advance(command)
             self._send()
         elif self._now() - self._sent_wall >= RESEND:
             self._send()
@@ -121,26 +120,30 @@ class FarEnd:
 
     def _go_on(self, command: RobotCommand | None) -> None:
         """Go on by a period with the newest command, unless none has come yet."""
-        if command is not None:
-            self._tau = command.tau
-        if self._tau is None:
+        last = self._command
+        driven = last is not None and last.mode is CommandMode.TORQUE
+        if command is not None and not (driven and command.mode is CommandMode.POSTURE):
+            self._command = command
+        if self._command is None:
             self._send()  # waits where it starts
             return
+        if self._command.mode is CommandMode.POSTURE:  # its servos need nobody
+            self._heard = self.robot.t
         silent = self.robot.t - self._heard
         if silent > self.settings.silence:
             self._leave(f"nothing was heard for {1e3 * silent:.0f} ms")
             self._hold()
             return
-        self._advance(self._tau)
+        self._advance(self._command)
         self._send()
 
-    def _advance(self, tau: Array) -> None:
-        """Give a torque for a period, and in lockstep for every tick that is missed."""
+    def _advance(self, command: RobotCommand) -> None:
+        """Obey a command for a period, and in lockstep for every tick that is missed."""
         try:
-            self.robot.write(RobotCommand(self.robot.t, CommandMode.TORQUE, tau))
+            self.robot.write(command)
             fresh = self.robot.read(0.0)
             while fresh is None and self.settings.lockstep:
-                self.robot.write(RobotCommand(self.robot.t, CommandMode.TORQUE, tau))
+                self.robot.write(command)
                 fresh = self.robot.read(0.0)
         except DivergedError as error:
             self._end(str(error))

@@ -85,13 +85,23 @@ class SimulatedRobot:
         return np.concatenate((q[3:7], v[3:6], felt))
 
     def write(self, command: RobotCommand) -> None:
-        """Go on by one period with the torque, or holding if told so. Raises: `DivergedError`."""
+        """Go on by one period with the torque, to a posture or holding. Raises: `DivergedError`."""
         if command.mode is CommandMode.TORQUE:
             self.mode, self._held = RobotMode.DRIVEN, None
             self._carried += (command.tau - self._carried) * min(self._dt / CARRIED_TIME, 1.0)
             self._go_on(command.tau)
+        elif command.mode is CommandMode.POSTURE and self.mode is RobotMode.WAITING:
+            self._go_to(command.posture)
         else:
             self.hold()
+
+    def _go_to(self, posture: Array) -> None:
+        """Go on by one period, led to a posture of the joints (na,) by its own servos."""
+        robot, nq, nv = self.plant.robot, self.plant.robot.nq_base, self.plant.robot.nv_base
+        wanted = np.clip(posture, robot.q_min, robot.q_max)
+        away = wanted - self._state.q[nq:]
+        tau = self._carried + self._stiffness * away - self._damping * self._state.v[nv:]
+        self._go_on(np.clip(tau, -robot.tau_max, robot.tau_max))
 
     def hold(self) -> None:
         """Go on by one period by its own servos. Raises: `DivergedError`."""

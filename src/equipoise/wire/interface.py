@@ -10,6 +10,7 @@ import numpy as np
 
 from equipoise.errors import EquipoiseError
 from equipoise.spatial import Array
+from equipoise.wire.health import NOTHING_SAID, Health
 
 PARTS = ("base", "joints", "forces", "torque")  # of a state, each with an age of its own
 
@@ -29,6 +30,7 @@ class CommandMode(IntEnum):
 
     TORQUE = 0  # give the torque
     HOLD = 1  # hold the posture of the moment without being told anything more
+    POSTURE = 2  # before any torque: go to a posture by its own servos, and stay there
 
 
 COMMAND_MODES, ROBOT_MODES = frozenset(CommandMode), frozenset(RobotMode)
@@ -42,7 +44,8 @@ class RobotState(NamedTuple):
     step before; NaN where a sensor says nothing. `stamps` (4,) [s], in the order of `PARTS`: when
     each was heard last and whole, on the clock of `t`; -inf where it never was. `imu` (10,), empty
     where there is none: quaternion x, y, z, w of the base, its angular velocity [rad/s] and its
-    acceleration less gravity [m/s^2], both in base axes.
+    acceleration less gravity [m/s^2], both in base axes. `health` of its motors is empty where
+    nothing is said.
     """
 
     sequence: int
@@ -54,6 +57,7 @@ class RobotState(NamedTuple):
     lam: Array
     tau: Array
     imu: Array = np.zeros(0)
+    health: Health = NOTHING_SAID
 
     @property
     def ages(self) -> dict[str, float]:
@@ -62,15 +66,19 @@ class RobotState(NamedTuple):
 
 
 class RobotCommand(NamedTuple):
-    """What a robot is told: `tau` (na,) [N m], in answer to the state of time `t` [s]."""
+    """What a robot is told: `tau` (na,) [N m], in answer to the state of time `t` [s].
+
+    `posture` (na,) [rad] of the joints counts in the mode of that name alone.
+    """
 
     t: float
     mode: CommandMode
     tau: Array
+    posture: Array = np.zeros(0)
 
 
 class RobotLostError(EquipoiseError):
-    """A robot that is not there, refuses, has let go by itself, or went silent."""
+    """A robot that is not there, refuses, has let go by itself, is not fit, or went silent."""
 
 
 class RobotInterface(Protocol):

@@ -26,6 +26,7 @@ from equipoise.wire.model import WireModel
 MAGIC, VERSION = b"EQPW", 1
 HEADER = struct.Struct("<4sBBHQQQd16s4H")
 CRC = struct.Struct("<I")
+TURNED = 100.0  # [rad, m] of a joint that is told where to go; the robot keeps its own limits
 LARGEST = 1e6  # of any number in a state, SI units: what is beyond was not measured
 
 
@@ -117,8 +118,12 @@ class Codec:
 
     def command(self, whose: Parties, sequence: int, command: RobotCommand) -> bytes:
         """Return the packet of a command. Raises: `InputError`, see `RobotInterface.write`."""
-        tau = checked_torque(self.model, command.tau)
-        return self._packed(Kind.COMMAND, command.mode, whose, (sequence, command.t), _bytes(tau))
+        if command.mode is CommandMode.POSTURE:
+            numbers = real_vector("posture", command.posture, self.model.na)
+        else:
+            numbers = checked_torque(self.model, command.tau)
+        place = sequence, command.t
+        return self._packed(Kind.COMMAND, command.mode, whose, place, _bytes(numbers))
 
     def _packed(
         self, kind: Kind, mode: int, whose: Parties, place: tuple[int, float], payload: bytes
@@ -174,10 +179,14 @@ class Codec:
         """Return the command in a packet whose header was found good."""
         if header.mode not in COMMAND_MODES:
             return Fault.VALUES
-        tau = _numbers(packet)
-        if not (np.abs(tau) <= self.model.tau_max).all():  # false for NaN
+        numbers, mode = _numbers(packet), CommandMode(header.mode)
+        posture = mode is CommandMode.POSTURE
+        limit = np.full(self.model.na, TURNED) if posture else self.model.tau_max
+        if not (np.abs(numbers) <= limit).all():  # false for NaN
             return Fault.VALUES
-        return RobotCommand(header.t, CommandMode(header.mode), tau)
+        if posture:
+            return RobotCommand(header.t, mode, np.zeros(self.model.na), numbers)
+        return RobotCommand(header.t, mode, numbers)
 
 
 def checked_torque(model: WireModel, given: Array) -> Array:

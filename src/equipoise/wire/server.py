@@ -65,7 +65,7 @@ class UdpServer(End):
             taken = self._taken(packet, header, sender, t)
             if isinstance(taken, Fault):
                 self.drop(taken)
-            elif taken is not None and (newest is None or newest.mode is CommandMode.TORQUE):
+            elif taken is not None and (newest is None or newest.mode is not CommandMode.HOLD):
                 newest = taken
         return newest
 
@@ -97,7 +97,7 @@ class UdpServer(End):
 
     def _answers_in_time(self, command: RobotCommand, t: float) -> bool:
         """Tell whether a command answers a state that was sent and is young; stopping always is."""
-        return command.mode is not CommandMode.TORQUE or 0.0 <= t - command.t <= self.oldest
+        return command.mode is CommandMode.HOLD or 0.0 <= t - command.t <= self.oldest
 
     def _place_for(self, header: Header, sender: Address) -> Partner | None:
         """Return the partner that sent this; a new one where the place is free, None if not."""

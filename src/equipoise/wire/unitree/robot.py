@@ -1,7 +1,8 @@
 """The loop's end of the unitree wire: `rt/lowstate` is read, `rt/lowcmd` written.
 
 A `LowState_` has neither the pose of the base nor what acts in contacts: those are NaN here, and
-its inertial unit is passed on, so that somebody may estimate them.
+its inertial unit is passed on, so that somebody may estimate them. Select, or L2 with B, on the
+remote control asks for the end.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
 from equipoise.wire.end import AT_ONCE
+from equipoise.wire.health import Health
 from equipoise.wire.interface import (
     ROBOT_MODES,
     CommandMode,
@@ -31,6 +33,8 @@ from equipoise.wire.unitree.motors import Motors
 TICK = 1e-3  # [s] of the counter in a state
 ENABLED = 1  # mode of a motor that is to work
 FAREWELLS = 3
+# Two bytes of buttons in `wireless_remote`; source: the remote control of Unitree's Python SDK.
+BUTTONS, SELECT, L2, B = slice(2, 4), 1 << 3, 1 << 5, 1 << 1
 
 
 class UnitreeRobot:
@@ -51,7 +55,7 @@ class UnitreeRobot:
         self._stamps = Stamps(robot.nq_base, robot.nv_base)
         self._posture = np.zeros(robot.na)
         self._tau = np.zeros(robot.na)
-        self._commands = self._closed = False
+        self._commands = self._driven = self._closed = False
 
     def read(self, timeout: float) -> RobotState | None:
         """Return the newest state not read before; see `RobotInterface`."""
@@ -97,22 +101,36 @@ class UnitreeRobot:
         self._writer, self._last_tick = writer, tick
         if self._first_tick < 0:
             self._first_tick, self._message.fields["mode_machine"] = tick, fields["mode_machine"]
+            self._tau = np.clip(tau, -self.robot.tau_max, self.robot.tau_max)  # what carries it now
         self._sequence += 1
         self._posture = joints[0]
-        mode = RobotMode.DRIVEN if self._commands else RobotMode.WAITING
+        mode = RobotMode.DRIVEN if self._driven else RobotMode.WAITING
         if said:
             mode = RobotMode(said - 1)
-        return self._state(tick, mode, joints, tau, unit)
+        return self._state(tick, mode, joints, tau, unit, self._health(fields))
+
+    def _health(self, fields: np.void) -> Health:
+        motors = fields["motor_state"][self._motors.places]
+        first, second = (int(byte) for byte in fields["wireless_remote"][BUTTONS])
+        stop = bool(first & SELECT) or bool(first & L2 and second & B)
+        hottest = motors["temperature"].max(axis=1).astype(float)
+        return Health(hottest, motors["vol"].astype(float), motors["motorstate"].astype(int), stop)
 
     def _state(
-        self, tick: int, mode: RobotMode, joints: tuple[Array, Array], tau: Array, unit: Array
+        self,
+        tick: int,
+        mode: RobotMode,
+        joints: tuple[Array, Array],
+        tau: Array,
+        unit: Array,
+        health: Health,
     ) -> RobotState:
         t = (tick - self._first_tick) * TICK
         q = np.concatenate((np.full(self.robot.nq_base, np.nan), joints[0]))
         v = np.concatenate((np.full(self.robot.nv_base, np.nan), joints[1]))
         lam = np.full(self._rows, np.nan)
         stamps = self._stamps.note(t, q, v, lam)
-        return RobotState(self._sequence, t, mode, stamps, q, v, lam, tau, unit)
+        return RobotState(self._sequence, t, mode, stamps, q, v, lam, tau, unit, health)
 
     def write(self, command: RobotCommand) -> None:
         """Write a command: a torque without a servo, or the servos where it is to hold.
@@ -124,17 +142,21 @@ class UnitreeRobot:
             raise InputError("a commanded torque is beyond the limits of its joint", given=tau)
         if self._first_tick < 0:
             raise InputError("no robot has been heard yet", remedy="Read a state first")
-        holds = command.mode is CommandMode.HOLD
+        by_torque = command.mode is CommandMode.TORQUE
         motors, places = self._message.fields["motor_cmd"], self._motors.places
-        self._tau = self._tau if holds else tau
+        posture = self._posture  # that of the moment
+        if command.mode is CommandMode.POSTURE:
+            posture = real_vector("posture", command.posture, self.robot.na)
+        elif by_torque:
+            self._tau = tau
         motors["mode"][places] = ENABLED
-        motors["q"][places] = self._posture if holds else 0.0
+        motors["q"][places] = 0.0 if by_torque else posture
         motors["tau"][places] = self._tau
-        motors["kp"][places] = self._motors.kp if holds else 0.0
-        motors["kd"][places] = self._motors.kd if holds else 0.0
+        motors["kp"][places] = 0.0 if by_torque else self._motors.kp
+        motors["kd"][places] = 0.0 if by_torque else self._motors.kd
         answered = self._first_tick + round(command.t / TICK)
         self._message.fields["reserve"][:2] = answered + 1, command.mode
-        self._commands = True
+        self._commands, self._driven = True, self._driven or by_torque
         self._dds.send(self._message.packet())
 
     def close(self) -> None:

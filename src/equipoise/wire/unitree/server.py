@@ -53,7 +53,7 @@ class UnitreeServer:
             taken = self._taken(*packet, t)
             if isinstance(taken, Fault):
                 self.dropped[taken] += 1
-            elif newest is None or newest.mode is CommandMode.TORQUE:
+            elif newest is None or newest.mode is not CommandMode.HOLD:
                 newest = taken
         return newest
 
@@ -75,12 +75,12 @@ class UnitreeServer:
         ).all():
             return Fault.VALUES
         at = t if answered == 0 else (answered - 1) * TICK
-        if mode == CommandMode.TORQUE and not -0.5 * TICK <= t - at <= self.oldest + 0.5 * TICK:
+        if mode != CommandMode.HOLD and not -0.5 * TICK <= t - at <= self.oldest + 0.5 * TICK:
             return Fault.OLD
         self._writer = writer
         tau = tau + kp * (q - self._sent[0]) + kd * (dq - self._sent[1])
         limit = self.robot.tau_max
-        return RobotCommand(at, CommandMode(mode), np.clip(tau, -limit, limit))
+        return RobotCommand(at, CommandMode(mode), np.clip(tau, -limit, limit), q)
 
     def send(self, state: RobotState) -> RobotState:
         """Send what a `LowState_` has of a state; return it with its sequence number."""

@@ -34,8 +34,8 @@ class LiveSession(PlaySession):
     """Lets the whole controller run: hierarchy, torque law, supervisor, and a simulated robot.
 
     `physics` is `rigid` (feet lift, never slip) or `mujoco`. Hands are led so that stretched arms
-    stay calm: slowly, and more slowly where joints would race. Where the supervisor stops the law, or the simulation diverges,
-    `ended` says so, and nothing moves any more until `restart`.
+    stay calm: slowly, and more slowly where joints would race. Where the supervisor stops the law,
+    or the simulation diverges, `ended` says so, and nothing moves any more until `restart`.
     Raises: InputError for a robot of which nothing can be dragged, or an engine not installed.
     """
 

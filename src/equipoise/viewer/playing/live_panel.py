@@ -53,6 +53,11 @@ class LivePanel:
         self._pushed_at = -np.inf
         self._refused = ""
 
+    @property
+    def pushed(self) -> bool:
+        """Whether somebody has pushed it since it began."""
+        return bool(np.isfinite(self._pushed_at))
+
     def push(self) -> None:
         """Push as the controls say."""
         force = float(self._force.value) * np.array(WAYS[str(self._way.value)])

@@ -34,10 +34,14 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from equipoise.analysis.report.page import make_report
+from equipoise.robots import get_robot
 from equipoise.viewer.longlog import LongLog
+from equipoise.viewer.playing.live import LiveSession
+from equipoise.viewer.playing.page import Play
 from equipoise.viewer.replay import Replay
 from equipoise.viewer.server import ViewerServer
 
+PUSH_BUTTON = "//button[contains(., 'Push for')]"
 pytestmark = pytest.mark.skipif(
     CHROMIUM is None or DRIVER is None,
     reason="needs Chromium and its driver: apt-get install chromium chromium-driver",
@@ -240,3 +244,29 @@ def test_the_report_plays_without_a_network(
     assert share_changed(before, picture(browser)) > 0.002
     browser.find_element(By.ID, "play").click()
     until(lambda: float(browser.find_element(By.ID, "shown").text[:-2]) > 0.3)
+
+
+def test_a_robot_is_played_with(browser: Any, shots: Path) -> None:
+    """It is seen, a click on the page pushes it, and the forces under its feet are drawn."""
+    server = ViewerServer(port=0)
+    play = Play(LiveSession(get_robot("hrp2"), "rigid"), server)
+    play.start()
+    try:
+        for width, height in ((1400, 900), (900, 800), (400, 800)):
+            browser.set_window_size(width, height)
+            browser.get(server.url)
+            wait_for_robot(browser)
+            if width == 1400:
+                until(lambda: browser.find_elements(By.ID, "equipoise-live"))
+                until(lambda: browser.find_elements(By.CSS_SELECTOR, ".uplot canvas"))
+                found = until(lambda: browser.find_elements(By.XPATH, PUSH_BUTTON))
+                browser.execute_script("arguments[0].click()", found[0])
+                until(lambda: play.live is not None and play.live.pushed)
+            image = picture(browser, shots / f"play_{width}.png")
+            assert share_of_ink(scene(image) if width > 900 else image) > 0.1
+        assert isinstance(play.session, LiveSession)
+        assert not play.session.ended
+    finally:
+        play.stop()
+        server.stop()
+        browser.set_window_size(1200, 600)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from equipoise.contacts import SupportPolygon
 from equipoise.control.supervisor import Mode
 from equipoise.motion.levels import feet_of, polygon_of
 from equipoise.physics import DivergedError
@@ -14,26 +15,27 @@ from equipoise.spatial import Array
 from equipoise.tasks import ComPolygonTask, JointLimitsTask, Task
 from equipoise.viewer.playing.lead import Pace
 from equipoise.viewer.playing.plant import ROTORS, Physics, PlayPlant
-from equipoise.viewer.playing.reason import Solved
+from equipoise.viewer.playing.reason import Reason, Solved, joined
 from equipoise.viewer.playing.reference import feet_names
 from equipoise.viewer.playing.session import PlaySession
 from equipoise.wbc import LoopSettings, WholeBodyCommand, WholeBodyController
 
 PACE = Pace(speed=0.25, acceleration=0.5, near=2.5, joints=0.4)
+FULL, LAG = 0.99, 0.05  # share of a torque limit; [rad or m] behind the reference
 FRICTION = 0.7  # of the floor, as the law counts on it
 LED_TICKS = 5  # ticks between two steps of what is dragged
 CARRYING, FREE = 1.0, 6.0  # [rad/s^2] of the joints that carry the body, and of all others
 SPEEDS = 0.8  # [rad/s] of joints: towards a stretched arm they would race
-MARGIN, APPROACH = 0.03, 1.5  # [m] that the centre of mass keeps to the edge, [1/s] nears it with
+SHARE, APPROACH = 0.5, 1.5  # of the support for the centre of mass, [1/s] it nears the edge with
 DELAY = 0.003  # [s] that the loop has to bear on a floor that gives
 
 
 class LiveSession(PlaySession):
     """Lets the whole controller run: hierarchy, torque law, supervisor, and a simulated robot.
 
-    `physics` is `rigid` (feet lift, never slip) or `mujoco`. The gain is shaped by postures, so
-    that stretched arms stay calm. Where the supervisor stops the law, or the simulation diverges,
-    `ended` says so, and nothing moves any more until `restart`.
+    `physics` is `rigid` (feet lift, never slip) or `mujoco`. Hands are led so that stretched arms
+    stay calm: slowly, and more slowly where joints would race. Where the supervisor stops the law,
+    or the simulation diverges, `ended` says so, and nothing moves any more until `restart`.
     Raises: InputError for a robot of which nothing can be dragged, or an engine not installed.
     """
 
@@ -120,7 +122,7 @@ class LiveSession(PlaySession):
         controller, state = self.controller, self._plant.state
         self._command = controller.step(self.t, state.q, state.v, state.lam)
         if controller.supervisor.mode in (Mode.SAFE, Mode.STOPPED):
-            self.ended = controller.story[-1] if controller.story else "the law was switched off"
+            self.ended = str(controller.supervisor.changes[-1])
         try:
             self.q = self._plant.step(self._command.tau).q
         except DivergedError as error:
@@ -130,10 +132,32 @@ class LiveSession(PlaySession):
     def _reference(self) -> Array:
         return self.q if self._controller is None else self._controller.motion.q_ref.copy()
 
+    def reason(self) -> Reason:
+        """Say what stops the hands that are short, and which motors give all that they can."""
+        with self._lock:
+            robot, model = self.robot, self.robot.model
+            spent = [robot.joint_names[i] for i in np.flatnonzero(self._spent())]
+            told = tuple(f"The motor of {name} gives all that it can." for name in spent)
+            joints = tuple(int(model.getJointId(name)) for name in spent)
+            return joined([super().reason(), Reason(told, joints)])
+
+    def _spent(self) -> Array:
+        """Return which joints (na,) are behind their reference with all the torque they have."""
+        if self._command is None:
+            return np.zeros(self.robot.na, dtype=bool)
+        full = np.abs(self._command.tau) > FULL * self.robot.tau_max
+        return full & (self._lag() > LAG)
+
+    def _lag(self) -> Array:
+        """Return how far (na,) [rad or m] the joints are from their reference."""
+        base = self.robot.nq_base
+        return np.abs(self.q[base:] - self._reference()[base:])
+
     def _joint_rates(self) -> Array:
         if self._command is None:
             return super()._joint_rates()
-        return self._command.v_ref[self.robot.nv_base :]
+        rates = self._command.v_ref[self.robot.nv_base :]
+        return np.where(self._lag() > LAG, np.inf, rates)  # it waits for joints that are behind
 
     def _take(self, levels: list[list[Task]]) -> None:
         before = self._controller
@@ -159,15 +183,14 @@ class LiveSession(PlaySession):
             delay=DELAY,
             rotor_inertia=ROTORS,
             accelerations=_accelerations(robot),
-            shape="postures",
         )
         most = np.minimum(robot.v_max, SPEEDS)
         speeds = dict(zip(robot.joint_names, most.tolist(), strict=True))
         keep: list[Task] = [JointLimitsTask("limits", robot, rate=5.0, speeds=speeds)]
         if robot.nv_base:
             feet = feet_of(robot, self.q, feet_names(robot), FRICTION)
-            polygon = polygon_of(feet)
-            keep.append(ComPolygonTask("balance", polygon, margin=MARGIN, rate=APPROACH))
+            polygon = _shrunk(polygon_of(feet), robot.at(self.q).p_world_com)
+            keep.append(ComPolygonTask("balance", polygon, margin=0.0, rate=APPROACH))
             self._controller = WholeBodyController.standing(
                 robot, tasks=[keep, *levels], feet=feet_names(robot), loop=loop
             )
@@ -185,6 +208,16 @@ class LiveSession(PlaySession):
             return None
         command = self._command
         return Solved(self.controller.motion.levels, command.hierarchy, command.solution.v)
+
+
+def _shrunk(polygon: SupportPolygon, com: Array) -> SupportPolygon:
+    """Return a polygon drawn together about the middle of its corners, and around where `com` is.
+
+    What is left outside is for pushes, loads and what moving the body itself takes.
+    """
+    corners = np.asarray(polygon.vertices, dtype=float)
+    middle = corners.mean(axis=0)
+    return SupportPolygon.of_points(np.vstack((middle + SHARE * (corners - middle), com[:2])))
 
 
 def _accelerations(robot: Robot) -> Array:

@@ -24,7 +24,8 @@ WAYS = {
     "to its right": (0.0, -1.0, 0.0),
     "down": (0.0, 0.0, -1.0),
 }
-MOST_PUSH, USUAL_PUSH = 300.0, 80.0  # [N]
+MOST_PUSH = 300.0  # [N]
+USUAL_PUSH = 0.7  # [N/kg] that a robot stands without a step
 LOAD = 3.0  # [kg]
 MOST_LOAD = 10.0  # [kg]
 FLOOR = 0.8  # friction at first
@@ -51,6 +52,11 @@ class LivePanel:
         self._arrow = add_arrows(server.scene, "/push", PUSH)
         self._pushed_at = -np.inf
         self._refused = ""
+
+    @property
+    def pushed(self) -> bool:
+        """Whether somebody has pushed it since it began."""
+        return bool(np.isfinite(self._pushed_at))
 
     def push(self) -> None:
         """Push as the controls say."""
@@ -93,10 +99,11 @@ class LivePanel:
         robot = self.session.robot
         frames = [base_link(robot)] if robot.nv_base else []
         frames += self.session.all_hands
+        usual = float(np.clip(5.0 * round(USUAL_PUSH * robot.mass / 5.0), 5.0, MOST_PUSH))
         with gui.add_folder("Push"):
             self._where = gui.add_dropdown("At", tuple(dict.fromkeys(frames)))
             self._way = gui.add_dropdown("Which way", tuple(WAYS))
-            self._force = gui.add_slider("Force [N]", 5.0, MOST_PUSH, 5.0, USUAL_PUSH)
+            self._force = gui.add_slider("Force [N]", 5.0, MOST_PUSH, 5.0, usual)
             button = gui.add_button(f"Push for {PUSH_TIME:g} s")
             button.on_click(lambda _: self._try(self.push))
 

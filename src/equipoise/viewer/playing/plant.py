@@ -132,9 +132,14 @@ def _engine(
     if physics not in ENGINES:
         raise InputError("unknown engine", given=physics, known=ENGINES)
     if physics == "mujoco":
-        from equipoise.physics.mujoco import MujocoEngine, MujocoOptions
+        from equipoise.physics.mujoco import MujocoEngine, MujocoOptions, Surroundings
+        from equipoise.physics.mujoco.contact_pads import floor_height
 
-        return MujocoEngine(robot, contacts, q, dt, options=MujocoOptions(armature=ROTORS))
+        options, around = (
+            MujocoOptions(armature=ROTORS),
+            Surroundings((), (), floor_height(contacts)),
+        )
+        return MujocoEngine(robot, contacts, q, dt, options=options, surroundings=around)
     if robot.nv_base:
         return UnilateralContactEngine(robot, contacts, q, dt)
     return RigidContactEngine(robot, contacts, q, dt)

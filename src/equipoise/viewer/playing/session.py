@@ -145,7 +145,8 @@ class PlaySession(ABC):
             own = rates[list(self.robot.joints_between(hand))]
             lead.go_on(self.targets[hand], there, seconds, float(np.abs(own).max(initial=0.0)))
             if lead.given_up and hand not in self._found:
-                self._found[hand] = self._find([hand])
+                far = self.off(hand) > SHORT
+                self._found[hand] = self._find([hand]) if far else Reason()
             task.target = _at(lead.place - lead.velocity * seconds), np.r_[lead.velocity, 0, 0, 0]
 
     @abstractmethod

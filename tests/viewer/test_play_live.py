@@ -1,0 +1,151 @@
+"""Play with the whole controller: the robot follows, and bears what is done to it, or says so."""
+
+from __future__ import annotations
+
+from importlib.metadata import distributions
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.[viewer]'")
+
+from equipoise.errors import InputError
+from equipoise.robots import Robot, get_robot
+from equipoise.viewer.playing.live import LiveSession
+from equipoise.viewer.playing.page import Play
+from equipoise.viewer.server import ViewerServer
+from example_robots import load_example
+
+needs_mujoco = pytest.mark.skipif(find_spec("mujoco") is None, reason="needs the extra mujoco")
+ENGINES = ["rigid", pytest.param("mujoco", marks=needs_mujoco)]
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return get_robot("hrp2")
+
+
+def behind(session: LiveSession) -> float:
+    """Return how far [rad] the simulated joints are from the reference, at most."""
+    base = session.robot.nq_base
+    return float(np.abs(session.q - session.controller.motion.q_ref)[base:].max())
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_the_simulated_hand_follows_and_the_feet_stay(robot: Robot, physics: str) -> None:
+    session = LiveSession(robot, physics)
+    hand, other = session.hands
+    session.drag(hand, session.targets[hand] + [0.03, 0.02, 0.06])
+    session.run(1.8)
+    assert not session.ended
+    assert session.off(hand) < 3e-3
+    assert session.off(other) < 3e-3
+    start, now = robot.at(robot.q_half_sitting), robot.at(session.q)
+    for sole in robot.soles:
+        there = start.placement(sole.frame).translation
+        assert np.allclose(now.placement(sole.frame).translation, there, atol=1e-3)
+    forces = session.forces()
+    measured = sum(pressed for _, pressed in forces.values())
+    assert abs(measured - robot.mass * 9.81) < 0.02 * robot.mass * 9.81
+    for wanted, pressed in forces.values():  # the law's prediction against the sensors
+        assert abs(wanted - pressed) < 10.0
+
+
+def test_a_hand_dragged_out_of_reach_leaves_the_robot_standing(robot: Robot) -> None:
+    session = LiveSession(robot, "rigid")
+    hand = session.hands[0]
+    session.drag(hand, session.targets[hand] + [1.5, 0.0, 0.3])
+    for _ in range(45):
+        session.run(0.1)
+        assert not session.ended
+        assert behind(session) < 0.02
+    assert session.off(hand) > 0.3
+    assert abs(session.controller.motion.q_ref[2] - session.q[2]) < 5e-3
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_it_bears_a_push_and_a_load_and_falls_under_a_blow(robot: Robot, physics: str) -> None:
+    session = LiveSession(robot, physics)
+    hand = session.hands[0]
+    session.push("BODY", np.array([40.0, 0.0, 0.0]))
+    session.run(0.1)
+    moved = np.abs(session.plant.state.v).max()
+    session.run(0.5)
+    assert moved > 1e-3  # the push acts
+    assert not session.ended
+    before = sum(pressed for _, pressed in session.forces().values())
+    session.carry(hand, 3.0)
+    session.run(0.6)
+    after = sum(pressed for _, pressed in session.forces().values())
+    assert not session.ended
+    assert abs(after - before - 3.0 * 9.81) < 6.0
+    session.push("BODY", np.array([900.0, 0.0, 0.0]))
+    session.run(1.2)
+    assert "mode" in session.ended  # the supervisor's words
+    session.restart()
+    session.run(0.1)
+    assert not session.ended
+    assert behind(session) < 0.01
+
+
+@needs_mujoco
+def test_a_slippery_floor_lets_the_feet_go(robot: Robot) -> None:
+    """Pushed sideways by more than friction times weight the robot slides; on a rough floor not."""
+    slid = []
+    for friction in (0.8, 0.05):
+        session = LiveSession(robot, "mujoco")
+        session.set_friction(friction)
+        session.push("BODY", np.array([0.0, 50.0, 0.0]))
+        session.run(0.2)
+        start = robot.at(robot.q_half_sitting).placement("left_sole").translation
+        slid.append(abs(robot.at(session.q).placement("left_sole").translation[1] - start[1]))
+    assert slid[0] < 1e-3
+    assert slid[1] > 3e-3
+    with pytest.raises(InputError, match="Use the engine mujoco"):
+        LiveSession(robot, "rigid").set_friction(0.1)
+
+
+def test_reordering_does_not_jump(robot: Robot) -> None:
+    session = LiveSession(robot, "rigid")
+    session.drag(session.hands[0], session.targets[session.hands[0]] + [0.1, 0.05, 0.1])
+    session.run(0.6)
+    tau = session.plant.state.q.copy(), session._command.tau.copy()
+    session.order(session.hands[::-1])
+    session.run(0.001)
+    assert np.abs(session._command.tau - tau[1]).max() < 0.5
+    assert np.abs(session.q - tau[0]).max() < 2e-3
+
+
+@pytest.mark.parametrize("name", ["panda", "solo12"])
+def test_what_has_no_palms_is_dragged_by_its_end_or_its_trunk(tmp_path: Path, name: str) -> None:
+    if "example-robot-data" not in {one.name for one in distributions()}:
+        pytest.skip("needs the extra 'robots'")
+    session = LiveSession(load_example(tmp_path, name), "rigid")
+    (frame,) = session.all_hands
+    session.drag(frame, session.targets[frame] + [0.01, 0.0, 0.015])
+    session.run(1.2)
+    assert not session.ended
+    assert session.off(frame) < 3e-3
+
+
+def test_the_page_pushes_loads_and_begins_anew(robot: Robot, server: ViewerServer) -> None:
+    play = Play(LiveSession(robot, "rigid"), server)
+    panel = play.live
+    assert panel is not None
+    panel.push()
+    play.session.run(0.12)
+    play.show()
+    assert panel.plot._chart is not None
+    assert len(panel.plot._chart.data) == 5  # time, two soles wanted and measured
+    assert panel._arrow.visible
+    panel.load()
+    play.show()
+    assert "3 kg in left_palm" in panel._told.content
+    panel._try(panel.set_friction, 0.1)
+    play.show()
+    assert "do not slip" in panel._told.content
+    panel.restart()
+    assert play.session.t == 0.0
+    assert not play.session.plant.loads

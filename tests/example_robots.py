@@ -95,7 +95,7 @@ MORE = {
     "r_knee: -0.6, r_ankle_pitch: -0.3}\n",
 }
 DEGREES_OF_FREEDOM = {
-    "panda": 7, "ur5": 6, "baxter": 15, "tiago_pro": 17, "talos": 30 + 6, "anymal": 18,
+    "panda": 8, "ur5": 6, "baxter": 17, "tiago_pro": 19, "talos": 32 + 6, "anymal": 18,
     "solo12": 18, "go2": 18, "g1_hands": 29 + 6,
     "icub": 38,
 }  # fmt: skip

@@ -95,6 +95,8 @@ from equipoise.tasks.frame_pose import frame_pose_rows
 from equipoise.tasks.gaze import gaze_rows
 from equipoise.tasks.joint_accelerations import acceleration_rows
 from equipoise.tasks.joint_limits import limit_rows
+from equipoise.tasks.manipulability import manipulability_rows
+from equipoise.tasks.momentum import momentum_rows
 from equipoise.tasks.posture import posture_rows
 from equipoise.tasks.relative_frame import relative_frame_rows
 from equipoise.tasks.view import (
@@ -111,6 +113,8 @@ from equipoise.tasks.view import (
     JOINT_LIMITS,
     KEEP_IN,
     KEEP_OUT,
+    MANIPULABILITY,
+    MOMENTUM,
     POSTURE,
     RELATIVE_FRAME,
     TaskView,
@@ -257,6 +261,10 @@ def task_rows(m: MotionBlocks, k: int, A: np.ndarray, lower: np.ndarray, upper: 
         keep_out_rows(view)
     elif kind == RELATIVE_FRAME:
         relative_frame_rows(view)
+    elif kind == MOMENTUM:
+        momentum_rows(view)
+    elif kind == MANIPULABILITY:
+        manipulability_rows(view)
     elif kind == AVOIDANCE:
         pairs = part_of(m.floats, m.whole, m.tables, integers(m.tasks, PAIRS_PART)[k])
         avoidance_rows(m.tree, m.state, pairs, numbers, A, lower, upper, at)

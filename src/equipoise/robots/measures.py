@@ -18,7 +18,7 @@ class Measures:
 
     `p_world_shoulders` (3,) [m] is the middle between the shoulders, `reach` [m] the length of a
     stretched arm from shoulder to palm, `stance` [m] the half depth of the support, `height` [m]
-    that of the centre of mass over the soles.
+    that of the centre of mass over the soles; both are 1 with a base that is fixed.
     """
 
     p_world_shoulders: np.ndarray
@@ -30,27 +30,33 @@ class Measures:
 def measure(robot: Robot) -> Measures:
     """Return the proportions of a robot with two palms and at least one sole.
 
+    One whose base is fixed needs one palm or two, and nothing to stand on.
     An arm is what leads to one palm and not to the other; its shoulder is its second joint, where
     with humanoids the axes of the first three joints meet or nearly do.
     Raises: InputError.
     """
-    if len(robot.palms) != 2 or not robot.soles:
+    fixed = robot.base.kind == "fixed"
+    if (len(robot.palms) != 2 and not (fixed and robot.palms)) or not (robot.soles or fixed):
+        wanted = "one palm or two" if fixed else "two palms and at least one sole"
         raise InputError(
-            f"Robot {robot.name} cannot be measured: it needs two palms and at least one sole",
+            f"Robot {robot.name} cannot be measured: it needs {wanted}",
             given=f"{len(robot.palms)} palms, {len(robot.soles)} soles",
             remedy="List them in the robot's YAML",
         )
     placements = robot.model.createData()
     pin.framesForwardKinematics(robot.model, placements, robot.q_half_sitting)
-    first, second = (_joints_to(robot, palm.frame) for palm in robot.palms)
+    first, *others = (_joints_to(robot, palm.frame) for palm in robot.palms[:2])
+    arms = [first]
+    for second in others:
+        arms = [_without(first, second), _without(second, first)]
     shoulders, lengths = [], []
-    for palm, arm in zip(
-        robot.palms, (_without(first, second), _without(second, first)), strict=True
-    ):
+    for palm, arm in zip(robot.palms, arms, strict=False):
         points = [placements.oMi[joint].translation.copy() for joint in arm[1:] or arm]
         points.append(placements.oMf[robot.frame_id(palm.frame)].translation.copy())
         shoulders.append(points[0])
         lengths.append(float(sum(np.linalg.norm(b - a) for a, b in pairwise(points))))
+    if fixed:
+        return Measures(np.mean(shoulders, axis=0), float(np.mean(lengths)), 1.0, 1.0)
     corners = [
         placements.oMf[robot.frame_id(sole.frame)].act(corner)[0]
         for sole in robot.soles

@@ -207,6 +207,11 @@ def _retarget_frame_axes(task: Tree, change: _Change, path: str) -> None:
     change.scale(task, "offset")
 
 
+def _retarget_manipulability(task: Tree, change: _Change, path: str) -> None:
+    if task["part"] != "rotation":  # three lengths
+        task["least"] = task["least"] * change.lengths**3
+
+
 def _retarget_relative_frame(task: Tree, change: _Change, path: str) -> None:
     change.frame(task, "relative_to", path)
     for waypoint in task["waypoints"]:
@@ -245,6 +250,7 @@ _TASKS: dict[str, Callable[[Tree, _Change, str], None]] = {
     "joint_coupling": _retarget_posture,
     "frame_axes": _retarget_frame_axes,
     "relative_frame": _retarget_relative_frame,
+    "manipulability": _retarget_manipulability,
     "com_point": _retarget_frame_path,
     "keep_in": _retarget_volume,
     "keep_out": _retarget_volume,

@@ -14,6 +14,8 @@ from equipoise.tasks.frame_pose import FramePoseTask
 from equipoise.tasks.gaze import GazeTask
 from equipoise.tasks.joint_accelerations import JointAccelerationsTask
 from equipoise.tasks.joint_limits import JointLimitsTask
+from equipoise.tasks.manipulability import ManipulabilityTask
+from equipoise.tasks.momentum import MomentumTask
 from equipoise.tasks.posture import PostureTask
 from equipoise.tasks.relative_frame import RelativeFrameTask
 from equipoise.tasks.volumes import KeepInTask, KeepOutTask
@@ -35,6 +37,8 @@ __all__ = [
     "KeepInTask",
     "KeepOutTask",
     "KernelTask",
+    "ManipulabilityTask",
+    "MomentumTask",
     "PostureTask",
     "RelativeFrameTask",
     "Task",

@@ -13,7 +13,7 @@ from equipoise.kinematics.kernels import VELOCITY, Q
 # kinds of tasks as kernels know them; the rows of a GIVEN one are written from Python
 GIVEN, FRAME_POSE, GAZE, COM_POLYGON, JOINT_LIMITS, POSTURE, AVOIDANCE = range(7)
 FRAME_AXES, COM_POINT, COUPLING, DAMPING, KEEP_IN, KEEP_OUT, RELATIVE_FRAME = range(7, 14)
-JOINT_ACCELERATIONS, FLOOR_SUPPORT = range(14, 16)
+JOINT_ACCELERATIONS, FLOOR_SUPPORT, MOMENTUM, MANIPULABILITY = range(14, 18)
 
 
 class TaskView(NamedTuple):

@@ -14,7 +14,13 @@ from equipoise.scenarios.schema.contacts import ContactSpec
 from equipoise.scenarios.schema.control import ControlSpec
 from equipoise.scenarios.schema.disturbances import DisturbancesSpec, FaultsSpec, SensorsSpec
 from equipoise.scenarios.schema.physics import PhysicsSpec
-from equipoise.scenarios.schema.tasks import AvoidanceSpec, DampingSpec, FloorSupportSpec, TaskSpec
+from equipoise.scenarios.schema.tasks import (
+    AvoidanceSpec,
+    DampingSpec,
+    FloorSupportSpec,
+    MomentumSpec,
+    TaskSpec,
+)
 from equipoise.scenarios.schema.walk import WalkSpec
 from equipoise.scenarios.schema.world import WorldSpec
 
@@ -64,5 +70,5 @@ class Scenario(Section):
         for name, task in self.tasks.items():
             if isinstance(task, AvoidanceSpec):
                 yield ("tasks", name, "damping"), task.damping / (task.influence - task.security)
-            elif not isinstance(task, FloorSupportSpec | DampingSpec):
+            elif not isinstance(task, FloorSupportSpec | DampingSpec | MomentumSpec):
                 yield ("tasks", name, "rate"), task.rate

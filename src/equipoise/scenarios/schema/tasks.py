@@ -250,6 +250,29 @@ class DampingSpec(TaskBase):
     kind: Literal["damping"]
 
 
+class MomentumSpec(TaskBase):
+    """Momentum along [N s] and about [N m s] `axes` of the world has a `value`, zero by default.
+
+    Angular momentum is that about the centre of mass.
+    """
+
+    kind: Literal["momentum"]
+    axes: Annotated[list[Literal["x", "y", "z", "rx", "ry", "rz"]], Field(min_length=1)] = [
+        "rx", "ry", "rz",
+    ]  # fmt: skip
+    value: list[float] | None = None
+
+
+class ManipulabilitySpec(TaskBase):
+    """The manipulability `sqrt(det(J J^T))` of a frame stays above `least`, or is led there."""
+
+    kind: Literal["manipulability"]
+    frame: str
+    least: Positive
+    part: Literal["position", "rotation", "both"] = "position"
+    rate: Positive = 5.0
+
+
 class KeepInSpec(TaskBase):
     """A point of a frame (`offset`) stays inside the box of `size` whose middle is at `at`."""
 
@@ -288,6 +311,8 @@ TaskSpec = Annotated[
     | ComPointSpec
     | JointCouplingSpec
     | DampingSpec
+    | MomentumSpec
+    | ManipulabilitySpec
     | KeepInSpec
     | KeepOutSpec,
     Field(discriminator="kind"),

@@ -40,6 +40,8 @@ from equipoise.tasks import (
     JointLimitsTask,
     KeepInTask,
     KeepOutTask,
+    ManipulabilityTask,
+    MomentumTask,
     PostureTask,
     RelativeFrameTask,
     Task,
@@ -389,6 +391,20 @@ def _damping(name: str, spec: schema.DampingSpec, scenario: schema.Scenario, set
     return DampingTask(name, setup.robot)
 
 
+def _momentum(
+    name: str, spec: schema.MomentumSpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    return MomentumTask(name, setup.robot, axes=spec.axes, value=spec.value)
+
+
+def _manipulability(
+    name: str, spec: schema.ManipulabilitySpec, scenario: schema.Scenario, setup: Setup
+) -> Task:
+    frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
+    how: dict[str, Any] = {"part": spec.part, "rate": spec.rate}
+    return ManipulabilityTask(name, setup.robot, frame, spec.least, **how)
+
+
 def _keep_in(name: str, spec: schema.KeepInSpec, scenario: schema.Scenario, setup: Setup) -> Task:
     frame = frame_of(setup.robot, spec.frame, f"tasks.{name}.frame")
     return KeepInTask(name, frame, to_pose(spec.at), spec.size, offset=spec.offset, rate=spec.rate)
@@ -415,6 +431,8 @@ _BUILDERS: dict[type, Callable[..., Task]] = {
     schema.ComPointSpec: _com_point,
     schema.JointCouplingSpec: _joint_coupling,
     schema.DampingSpec: _damping,
+    schema.MomentumSpec: _momentum,
+    schema.ManipulabilitySpec: _manipulability,
     schema.KeepInSpec: _keep_in,
     schema.KeepOutSpec: _keep_out,
 }

@@ -24,13 +24,13 @@ class WalkDriver:
         self, walk: WalkSetup, setup: Setup, controller: WholeBodyController, engine: PhysicsEngine
     ) -> None:
         self.walk, self.robot = walk, setup.robot
-        self.walker = walk.walker()
+        self._balance = walk.balance(controller.dt)
+        self.walker = walk.walker(self._balance)
         self.controller, self.engine = controller, engine
         self._rows = [setup.contacts.rows[name].start + NORMAL for name in walk.contacts]
         self._frames = [sole.frame for sole in walk.planner.feet.soles]
         self._carry: tuple[int, ...] = self.walker.supports
         self._seen = 0.0
-        self._balance = walk.balance(controller.dt)
         self._ground = walk.planner.feet.support(self.walker.stance, self.walker.supports)
         self._known: tuple[object, ...] = (self.walker.stance, self.walker.supports)
 
@@ -84,7 +84,17 @@ class WalkDriver:
     def channels(self) -> list[Channel]:
         """What is logged of a walk: where it is wanted, and who carries."""
         plane = ("x", "y")
+        balance = (
+            []
+            if self._balance is None
+            else [
+                Channel("walk/dcm_error", plane, "m", "divergent component from its plan"),
+                Channel("walk/aside", plane, "m", "how far the wanted centre gave way"),
+                Channel("walk/zmp_shift", plane, "m", "zero-moment point that leads it back"),
+            ]
+        )
         return [
+            *balance,
             Channel("walk/centre", ("x", "y", "z"), "m", "wanted centre of mass"),
             Channel("walk/zmp", plane, "m", "planned zero-moment point"),
             Channel("walk/dcm", plane, "m", "planned divergent component of motion"),
@@ -99,4 +109,8 @@ class WalkDriver:
         record["walk/centre"][:] = self.walk.targets.centre.row(0.0)[9:12]
         record["walk/zmp"][:], record["walk/dcm"][:] = state.zmp, state.dcm
         record["walk/carries"][:] = [float(foot in self._carry) for foot in (0, 1)]
+        if self._balance is not None:
+            record["walk/dcm_error"][:] = self._balance.off
+            record["walk/aside"][:] = self._balance.p
+            record["walk/zmp_shift"][:] = self._balance.zmp
         record["walk/clock"][:] = walker.clock.t, walker.clock.rate

@@ -32,14 +32,14 @@ PLANNER = WalkPlanner(FEET, SETTINGS)
 MIRROR = np.diag([1.0, -1.0, 1.0])
 
 
-def walker_of(planner, steps, stance=STANCE):
+def walker_of(planner, steps, stance=STANCE, balance=None):
     plan = planner.begin(stance, steps)
     height = planner.settings.height
     middle = planner.feet.middle(stance)
     up = np.array([0.0, 0.0, height])
     upright = {"torso": LedPose(pin.SE3(middle.rotation, middle.translation + up))}
     targets = WalkTargets(tuple(LedPose(T) for T in stance), LedPose(middle), upright)
-    return Walker(planner, plan, TouchSettings(0.03 * WEIGHT), targets)
+    return Walker(planner, plan, TouchSettings(0.03 * WEIGHT), targets, balance=balance)
 
 
 def walk(walker, ground=lambda step: 0.0, miss=lambda step: np.zeros(3), most=30.0, each=None,

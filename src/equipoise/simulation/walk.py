@@ -35,7 +35,8 @@ class WalkDriver:
         leaning: Leaning | None = None,
     ) -> None:
         self.walk, self.robot = walk, setup.robot
-        self.walker = walk.walker()
+        self._balance = walk.balance(controller.dt)
+        self.walker = walk.walker(self._balance)
         self.controller, self.engine = controller, engine
         self._rows = [setup.contacts.rows[name].start + NORMAL for name in walk.contacts]
         self._frames = [sole.frame for sole in walk.planner.feet.soles]
@@ -47,7 +48,6 @@ class WalkDriver:
         self.phases = ContactPhases(
             feet, walk.contacts, PhaseSettings.for_weight(walk.weight, patience=PATIENCE)
         )
-        self._balance = walk.balance(controller.dt)
         self._ground = walk.planner.feet.support(self.walker.stance, self.walker.supports)
         self._known: tuple[object, ...] = (self.walker.stance, self.walker.supports)
 
@@ -122,7 +122,17 @@ class WalkDriver:
     def channels(self) -> list[Channel]:
         """What is logged of a walk: where it is wanted, and who carries."""
         plane = ("x", "y")
+        balance = (
+            []
+            if self._balance is None
+            else [
+                Channel("walk/dcm_error", plane, "m", "divergent component from its plan"),
+                Channel("walk/aside", plane, "m", "how far the wanted centre gave way"),
+                Channel("walk/zmp_shift", plane, "m", "zero-moment point that leads it back"),
+            ]
+        )
         return [
+            *balance,
             Channel("walk/centre", ("x", "y", "z"), "m", "wanted centre of mass"),
             Channel("walk/zmp", plane, "m", "planned zero-moment point"),
             Channel("walk/dcm", plane, "m", "planned divergent component of motion"),
@@ -140,5 +150,9 @@ class WalkDriver:
         record["walk/zmp"][:], record["walk/dcm"][:] = state.zmp, state.dcm
         record["walk/carries"][:] = [float(foot in self._carry) for foot in (0, 1)]
         record["walk/phase"][:] = [self.phases.phases[name].code for name in self.walk.contacts]
+        if self._balance is not None:
+            record["walk/dcm_error"][:] = self._balance.off
+            record["walk/aside"][:] = self._balance.p
+            record["walk/zmp_shift"][:] = self._balance.zmp
         record["walk/clock"][:] = walker.clock.t, walker.clock.rate
         write_led(self.walk.targets, record)

@@ -22,18 +22,21 @@ class BalanceSettings:
 
     `gain` [1/s]: rate at which an error of the divergent component dies out. `margin` [m]: how far
     inside the soles the zero-moment point is kept. `leash` [m]: how far the divergent component
-    may be from its reference before the reference goes with it.
+    may be from its reference before the reference goes with it. `step` [m]: how far from its plan a
+    foot may be put down to catch it; zero: never.
     Raises: `InputError`.
     """
 
     gain: float = 3.0
     margin: float = 0.01
     leash: float = 0.01
+    step: float = 0.0
 
     def __post_init__(self) -> None:
         positive("the gain of the balance", self.gain, "1/s")
         not_negative("the margin of the balance", self.margin, "m")
         positive("the leash of the balance", self.leash, "m")
+        not_negative("the step of the balance", self.step, "m")
 
 
 class BalanceFeedback:
@@ -54,6 +57,7 @@ class BalanceFeedback:
         self.settings = settings
         self.omega = positive("the rate of the pendulum", omega, "1/s")
         self.p, self.v, self.zmp = np.zeros(2), np.zeros(2), np.zeros(2)
+        self.off = np.zeros(2)  # [m] the robot's divergent component from its plan
         self._grow = math.exp(omega * positive("the period of the balance", dt, "s"))
         # with the zero-moment point held over a tick the error shrinks by exp(-gain dt) exactly
         self.share = (self._grow - math.exp(-settings.gain * dt)) / (self._grow - 1.0)
@@ -63,12 +67,28 @@ class BalanceFeedback:
         """Whether the reference is off its plan."""
         return bool(self.p.any() or self.v.any())
 
+    def after(self, T: float) -> Array:
+        """Return how far off its plan (2,) [m] the divergent component is in T [s], as it goes."""
+        dcm = self.p + self.v / self.omega
+        grown: Array = self.zmp + (dcm - self.zmp) * math.exp(self.omega * T)
+        return grown
+
+    def hand_over(self, planned: CentreState) -> CentreState:
+        """Return where the reference is, and begin again on a plan that goes on from there."""
+        state = planned._replace(
+            p=planned.p + self.p, v=planned.v + self.v,
+            dcm=planned.dcm + self.p + self.v / self.omega,
+        )  # fmt: skip
+        self.p, self.v, self.zmp = np.zeros(2), np.zeros(2), np.zeros(2)
+        return state
+
     def drag(self, planned: CentreState, p: Array, v: Array) -> None:
         """Let the reference go with a robot whose centre of mass is at `p` (2,) and moves with `v`.
 
         `planned` is the plan at that moment.
         """
-        off = (p - planned.p - self.p) + (v - planned.v - self.v) / self.omega
+        self.off = (p - planned.p) + (v - planned.v) / self.omega
+        off = self.off - self.p - self.v / self.omega
         length = math.hypot(off[0], off[1])
         if length > self.settings.leash:
             self.v = self.v + self.omega * (1.0 - self.settings.leash / length) * off

@@ -154,6 +154,12 @@ def closing_step(feet: Feet, stance: Stance, foot: int, apart: pin.SE3) -> list[
     return [Footstep(foot, T)]
 
 
+def moved_by(step: Footstep, shift: Array) -> Footstep:
+    """Return a footstep that is put elsewhere by `shift` (3,) [m]."""
+    T = step.T_world_sole
+    return Footstep(step.foot, pin.SE3(T.rotation, T.translation + shift))
+
+
 def after(stance: Stance, steps: Sequence[Footstep]) -> Stance:
     """Return where the feet stand after steps."""
     for step in steps:

@@ -129,15 +129,16 @@ class WalkPlanner:
         steps: Sequence[Footstep],
         number: int,
         wait: float = 0.0,
+        state: CentreState | None = None,
     ) -> WalkPlan:
         """Return the plan from the touchdown at time `t` [s] of a plan on.
 
         `stance` is where the feet are now, `steps` are those that follow, of which `number` is the
-        first; `wait` [s] is how much later the touchdown was planned. Centre of mass, its velocity
-        and acceleration, height and heading go on without a jump, so that an error of a landing is
-        not carried along.
+        first; `wait` [s] is how much later the touchdown was planned, `state` where the centre of
+        mass is if it is not where it was planned. Centre of mass, its velocity and acceleration,
+        height and heading go on without a jump, so that an error of a landing is not carried along.
         """
-        state = plan.centre.at(t)
+        state = state or plan.centre.at(t)
         planned = self._timed(steps, t + wait + self._between, number)
         ground, heading = plan.ground.before(t), plan.heading.before(t)
         end = t + wait + self.settings.timing.double

@@ -12,9 +12,11 @@ import pinocchio as pin
 from equipoise.errors import InputError
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import positive, share
+from equipoise.walking.balance import BalanceFeedback
+from equipoise.walking.capture import StepAside
 from equipoise.walking.clock import WalkClock
 from equipoise.walking.feet import LEFT, RIGHT, Stance, level_pose, with_foot, yaw_of
-from equipoise.walking.footsteps import Footstep, closing_step
+from equipoise.walking.footsteps import Footstep, closing_step, moved_by
 from equipoise.walking.landing import FootPath, Glide, Probe
 from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
 from equipoise.walking.swing import Standing, Swing
@@ -74,6 +76,12 @@ class WalkEvent:
                 f"t = {self.t:.3f} s: step {self.step}, the {NAMES[self.foot]} foot touches "
                 f"{1e3 * self.early:+.0f} ms before its plan, ({x:+.1f}, {y:+.1f}, {z:+.1f}) mm off"
             )
+        if self.kind == "aside":
+            x, y, _ = (1e3 * value for value in self.off)
+            return (
+                f"t = {self.t:.3f} s: step {self.step}, the {NAMES[self.foot]} foot is put "
+                f"({x:+.0f}, {y:+.0f}) mm from its plan to catch the robot"
+            )
         words = {
             "lift": f"step {self.step}, the {NAMES[self.foot]} foot lifts",
             "bounce": f"step {self.step}, the {NAMES[self.foot]} foot comes off again",
@@ -90,7 +98,9 @@ class Walker:
 
     `advance` once a tick says which feet carry. A touchdown is where the ground is: the plan goes
     on from where the foot stands, so that errors of landings do not add up. `stop` and `walk_on`
-    take effect with the next touchdown; `stop` puts the feet side by side.
+    take effect with the next touchdown; `stop` puts the feet side by side. With a `balance` whose
+    settings allow it a foot in the air is put where it catches the divergent component; those that
+    follow are put as far aside.
     """
 
     planner: WalkPlanner
@@ -98,6 +108,7 @@ class Walker:
     touch: TouchSettings
     targets: WalkTargets
     clock: WalkClock = field(default_factory=WalkClock)
+    balance: BalanceFeedback | None = None
     supports: tuple[int, ...] = BOTH
     events: list[WalkEvent] = field(default_factory=list)
 
@@ -109,6 +120,7 @@ class Walker:
         self._beside = own[RIGHT].actInv(own[LEFT]), own[LEFT].actInv(own[RIGHT])
         self._paths: list[FootPath] = [Standing(T) for T in self.stance]
         self._swing: PlannedStep | None = None
+        self._aside = StepAside(self.balance.settings.step if self.balance is not None else 0.0)
         self._landed: PlannedStep | None = None  # earlier than planned, so that it may bounce
         self._off = 0.0  # [s] without load
         self._left = [one.footstep for one in self.plan.steps]  # footsteps not yet begun
@@ -163,6 +175,7 @@ class Walker:
         """
         s = self.clock.t
         if self._swing is not None:
+            self._step_aside(self._swing, s, dt)
             self._look_for_ground(t, s, loads, find_soles)
         elif self._landed is not None:
             self._look_for_bounce(t, dt, loads)
@@ -192,6 +205,7 @@ class Walker:
         to = step.footstep.T_world_sole
         self._paths[step.foot] = Swing(here, to, step.lift, step.land, shape)
         self._swing, self.supports = step, (1 - step.foot,)
+        self._aside.lift()
         self._left, self._told = self._left[1:], False
         self._number = step.number + 1
         self.events.append(WalkEvent(t, "lift", step.number, step.foot))
@@ -210,6 +224,16 @@ class Walker:
                 self._told = True
                 self.events.append(WalkEvent(t, "late", step.number, step.foot))
 
+    def _step_aside(self, step: PlannedStep, s: float, dt: float) -> None:
+        """Lead the foot to where the divergent component will be."""
+        if self.balance is None or not self._aside.reach:
+            return
+        if self.balance.acts:
+            left = step.land - s
+            R = step.footstep.T_world_sole.rotation
+            self._aside.want(self.balance.after(max(left, 0.0)), step.foot, R, left)
+        self._aside.advance(dt)
+
     def _look_for_bounce(self, t: float, dt: float, loads: Sequence[float]) -> None:
         """Let a foot that landed early and came off again go on down, as long as it may."""
         step, s = self._landed, self.clock.t
@@ -226,11 +250,17 @@ class Walker:
 
     def _land(self, t: float, s: float, step: PlannedStep, T_here: pin.SE3) -> None:
         """Take the ground where it is, and plan on from there."""
-        wanted = step.footstep.T_world_sole
+        wanted, state = step.footstep.T_world_sole.copy(), None
+        if self._aside.acts and self.balance is not None:
+            shift = np.array([*self._aside.p, 0.0])
+            wanted.translation += shift
+            self._left = [moved_by(one, shift) for one in self._left]
+            state = self.balance.hand_over(self.plan.centre.at(s))
+            self.events.append(WalkEvent(t, "aside", step.number, step.foot, off=tuple(shift)))
         off = T_here.translation - wanted.translation
         z = float((wanted if abs(off[2]) <= self.touch.level else T_here).translation[2])
         T = level_pose(T_here.translation[0], T_here.translation[1], z, yaw_of(T_here))
-        sample = self._paths[step.foot].at(s)
+        sample = self._aside.moved(self._paths[step.foot].at(s))
         wait = max(step.land - s, 0.0)
         self._paths[step.foot] = Glide(sample, T, s, self.touch.glide, self.touch.halt, wait)
         self.stance = with_foot(self.stance, step.foot, T)
@@ -241,7 +271,10 @@ class Walker:
             self._left = closing_step(self.planner.feet, self.stance, foot, self._beside[foot])
             self._stops = False
             self.events.append(WalkEvent(t, "stop"))
-        self.plan = self.planner.go_on(self.plan, s, self.stance, self._left, step.number + 1, wait)
+        self.plan = self.planner.go_on(
+            self.plan, s, self.stance, self._left, step.number + 1, wait, state
+        )
+        self._aside.lift()
         self._swing, self.supports, self.clock.slowed = None, BOTH, False
         self._landed, self._off = step, 0.0
         self.events.append(
@@ -255,6 +288,8 @@ class Walker:
             if self._at_rest[foot] is path:
                 continue
             sample = path.at(s)
+            if self._swing is not None and foot == self._swing.foot:
+                sample = self._aside.moved(sample)
             self.targets.soles[foot].write(sample.T_world_sole, rate * sample.twist)
             self._at_rest[foot] = path if s >= path.rests_from else None
         centre = self.plan.centre.at(s)

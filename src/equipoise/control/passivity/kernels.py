@@ -89,6 +89,8 @@ from equipoise.control.passivity.memory import (
     RELAX,
     ROOT,
     ROW_COUNT,
+    S_SLOW,
+    SETTLES,
     SPLIT,
     STARTED,
     SUPPORT_COUNT,
@@ -101,6 +103,7 @@ from equipoise.control.passivity.memory import (
     T_SUPPORTS,
     TAU,
     TAU_MAX,
+    TAU_SLOW,
     TERMS,
     U_BEFORE,
     UNROOT,
@@ -121,6 +124,7 @@ from equipoise.kinematics.tree import base_size
 
 RUN, SATURATED, HELD = range(3)  # how a tick went
 
+NOISE_FADES = 0.003  # [s] in which the noise of the torque at a switch fades
 HELD_BACK = 0.9  # share of an integral's growth that stops while the targets wait for the robot
 
 
@@ -188,6 +192,10 @@ def law_tick(
             flags[i] = int(kept_flags[i])
         return HELD
     copy(u, before)
+    tau, slow = vector(law, TAU), vector(law, TAU_SLOW)
+    gain = vector(law, GAINS)[OBSERVER] if flags[STARTED] else 1.0
+    for i in range(tau.shape[0]):
+        slow[i] += gain * (tau[i] - slow[i])
     flags[STARTED], flags[SWITCHING], flags[RANK] = 1, 0, rank
     return how
 
@@ -235,7 +243,12 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
     velocity_difference(
         tree, vector(state, Q), vector(state, VELOCITY), vector(law, Q_REF), vector(law, V_REF), dv
     )
-    if not flags[STARTED] or flags[MAPPING]:
+    slow = vector(law, S_SLOW)
+    for i in range(nv):
+        s_p = dv[i] + gains[ALPHA] * dq[i]
+        slow[i] += (gains[OBSERVER] if flags[STARTED] else 1.0) * (s_p - slow[i])
+    mapped = flags[MAPPING] != 0
+    if not flags[STARTED] or mapped:
         clock[T_POSTURE] = t
         for i in range(nv):
             posture[S_P0, i] = dv[i] + gains[ALPHA] * dq[i]
@@ -244,16 +257,48 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
         for i in range(count):
             force[S_F0, i] = force[S_F, i]
     force_update(force, t - clock[T_FORCE], gains[BETA_F], gains[K_IF])
-    if flags[MAPPING]:
+    if mapped:
         posture[INTEGRAL, :] = 0.0
         write_posture(law, 0.0)
         extended_force(law, J, rank)
         map_supports(law, base_size(tree), t)
         rank = factorise_rows(law, J)
+        forget_noise(law, J, rank, t)
     write_posture(law, t - clock[T_POSTURE])
     extended_force(law, J, rank)
+    if mapped:
+        keep_noise(law, base_size(tree))
     hand_over(law, t)
     return rank
+
+
+@compiled
+def forget_noise(law: Block, J: np.ndarray, rank: int, t: float) -> None:
+    """Begin the hand-over and the posture's manifold at a switch from what is no noise.
+
+    What is left of u goes to the hand-over as if s_p had its slow value; so far it `settles` there.
+    """
+    flags, clock = integers(law, FLAGS), vector(law, CLOCK)
+    u, before, handed = vector(law, U), vector(law, U_BEFORE), vector(law, HANDOVER)
+    slow, settles, posture = vector(law, S_SLOW), vector(law, SETTLES), matrix(law, POSTURE)
+    write_posture(law, 0.0)
+    extended_force(law, J, rank)
+    clock[T_HANDOVER], flags[HANDING_OVER], flags[SWITCHING] = t, 1, 0
+    for i in range(u.shape[0]):
+        handed[i] = before[i] - u[i]
+        settles[i] = u[i]
+        posture[S_P0, i] = slow[i]
+
+
+@compiled
+def keep_noise(law: Block, base: int) -> None:
+    """Write what noise was in the torque before a switch, over that which is in u now."""
+    u, settles = vector(law, U), vector(law, SETTLES)
+    tau, slow = vector(law, TAU), vector(law, TAU_SLOW)
+    for i in range(u.shape[0]):
+        settles[i] -= u[i]
+        if i >= base:
+            settles[i] += tau[i - base] - slow[i - base]
 
 
 @compiled
@@ -376,6 +421,9 @@ def hand_over(law: Block, t: float) -> None:
         share = math.exp(-(t - clock[T_HANDOVER]) / gains[FADE])
         for i in range(u.shape[0]):
             u[i] += share * difference_kept[i]
+    settles, noise = vector(law, SETTLES), math.exp(-(t - clock[T_SUPPORTS]) / NOISE_FADES)
+    for i in range(u.shape[0]):
+        u[i] += noise * settles[i]
 
 
 @compiled

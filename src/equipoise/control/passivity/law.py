@@ -228,6 +228,9 @@ class PassivityController:
             "found",
             "carried",
             "tau",
+            "tau_slow",
+            "s_slow",
+            "settles",
             "clock",
         ):
             getattr(law, name)[...] = 0.0
@@ -284,7 +287,10 @@ class PassivityController:
 
     def _take(self, memory: Mapping[str, Array]) -> None:
         """Take over from another layout what does not depend on the contacts that are regulated."""
-        for name in ("posture", "u_before", "handover", "carried", "tau", "clock", "flags"):
+        for name in (
+            "posture", "u_before", "handover", "carried", "tau", "tau_slow", "s_slow", "settles",
+            "clock", "flags",
+        ):  # fmt: skip
             getattr(self.law, name)[...] = memory[f"law.{name}"]
         for name in ("reaction", "lam_0"):
             kept, mine = memory[f"law.{name}"], getattr(self.law, name)

@@ -12,14 +12,14 @@ from equipoise.compiled.workspace import Arrays, Block, Shape, matrix_at, vector
 LAW = Arrays(
     ("J", "L", "reflectors", "K_d", "unroot", "tau_max", "gains", "posture", "force", "lam",
      "lam_ref", "q_ref", "v_ref", "dq", "dv", "s", "u", "u_before", "handover", "reaction", "lam_0",
-     "costs", "terms", "centres", "loads", "found", "carried", "tau", "clock", "pivots", "at",
-     "regulated", "supporting", "normal_rows", "ends", "flags"),
+     "costs", "terms", "centres", "loads", "found", "carried", "tau", "tau_slow", "s_slow",
+     "settles", "clock", "pivots", "at", "regulated", "supporting", "normal_rows", "ends", "flags"),
     frozenset({"pivots", "at", "regulated", "supporting", "normal_rows", "ends", "flags"}),
 )  # fmt: skip
 (J_PHI, L_FACTOR, REFLECTORS, K_D, UNROOT, TAU_MAX, GAINS, POSTURE, FORCE, LAM, LAM_REF, Q_REF,
  V_REF, DQ, DV, S, U, U_BEFORE, HANDOVER, REACTION, LAM_0, COSTS, TERMS, CENTRES, LOADS, FOUND,
- CARRIED, TAU, CLOCK, PIVOTS, AT, REGULATED, SUPPORTING, NORMAL_ROWS, ENDS,
- FLAGS) = range(len(LAW.names))  # fmt: skip
+ CARRIED, TAU, TAU_SLOW, S_SLOW, SETTLES, CLOCK, PIVOTS, AT, REGULATED, SUPPORTING, NORMAL_ROWS,
+ ENDS, FLAGS) = range(len(LAW.names))  # fmt: skip
 
 # entries of `gains`
 (ALPHA, BETA_P, K_IP, BOUND, KIND_P, LAYER_P, BETA_F, K_IF, KIND_F, LAYER_F, BETA, MU, ETA, FADE,
@@ -39,7 +39,7 @@ FLAG_COUNT = 13
 BY_MEASURE, BY_ZMP = range(2)  # how the load is split
 # what a copy of the memory consists of; J and lam are those of a contact that is lost next
 KEPT = ("J", "lam", "posture", "force", "u_before", "handover", "reaction", "lam_0", "found",
-        "carried", "tau", "clock", "flags")  # fmt: skip
+        "carried", "tau", "tau_slow", "s_slow", "settles", "clock", "flags")  # fmt: skip
 
 
 class LawSizes(NamedTuple):
@@ -59,8 +59,10 @@ def law_shapes(sizes: LawSizes) -> list[tuple[str, Shape, bool]]:
     """Return the arrays of the law.
 
     `found` is the supporting reaction that was measured when the supports last changed, `carried`
-    the generalised force of contacts that were lost then. `centres` are of the soles, in their
-    axes; `loads` what each support carries, as a multiple of the mean.
+    the generalised force of contacts that were lost then. `tau_slow` and `s_slow` are torque and
+    s_p without noise, `settles` what of their noise was in the torque of the last switch.
+    `centres` are of the soles, in their axes; `loads` what each support carries, as a multiple of
+    the mean.
     """
     nq, nv, na = sizes.nq, sizes.nv, sizes.na
     r, k = max(sizes.rows, 1), max(sizes.regulated, 1)
@@ -69,8 +71,9 @@ def law_shapes(sizes: LawSizes) -> list[tuple[str, Shape, bool]]:
         J=(r, nv), L=(r, nv), reflectors=(r, nv), K_d=(nv, nv), unroot=(nv, nv), tau_max=na,
         gains=GAIN_COUNT, posture=(6, nv), force=(6, k), lam=r, lam_ref=k, q_ref=nq, v_ref=nv,
         dq=nv, dv=nv, s=nv, u=nv, u_before=nv, handover=nv, reaction=f, lam_0=f, costs=f,
-        terms=(2, f), centres=(n, 2), loads=n, found=f, carried=nv, tau=na, clock=4, pivots=r,
-        at=max(sizes.contacts, 1), regulated=k, supporting=f, normal_rows=n,
+        terms=(2, f), centres=(n, 2), loads=n, found=f, carried=nv, tau=na, tau_slow=na,
+        s_slow=nv, settles=nv, clock=4, pivots=r, at=max(sizes.contacts, 1),
+        regulated=k, supporting=f, normal_rows=n,
         ends=n, flags=FLAG_COUNT,
     )  # fmt: skip
 

@@ -1,7 +1,8 @@
 """Kernel of the map at a switch of supports: what the torque carried goes over to other contacts.
 
-`w` is what the torque must keep: `S^T tau`, plus `J_lost^T lam_lost` of lost contacts where the
-energy is to be kept. With `u_0` what the law would say with an empty integral, s+ and F+ solve
+`w` is what the torque must keep: `S^T tau` without its noise, plus `J_lost^T lam_lost` of lost
+contacts where the energy is to be kept. With `u_0` what the law would say with an empty integral,
+s+ and F+ solve
 
     K_d s+ + J_r^T F+ = u_0 - w,    J s+ = 0,
 
@@ -41,7 +42,7 @@ from equipoise.control.passivity.memory import (
     SUPPORTING_COUNT,
     SWITCHING,
     T_SUPPORTS,
-    TAU,
+    TAU_SLOW,
     U_BEFORE,
     UNROOT,
     U,
@@ -65,7 +66,7 @@ def map_supports(law: Block, base: int, t: float) -> None:
     reflectors, pivots = leading_rows(law, REFLECTORS, r), leading_whole(law, PIVOTS, r)
     unroot = matrix(law, UNROOT)
     rank = factorise_in_metric(J, unroot, L, reflectors, pivots, RANK_TOLERANCE)
-    u, tau, before = vector(law, U), vector(law, TAU), vector(law, U_BEFORE)
+    u, tau, before = vector(law, U), vector(law, TAU_SLOW), vector(law, U_BEFORE)
     carried, integral = vector(law, CARRIED), matrix(law, POSTURE)[INTEGRAL]
     nv = u.shape[0]
     for i in range(nv):

@@ -17,6 +17,7 @@ from equipoise.physics.engine import PhysicsState, checked_torque
 from equipoise.physics.no_objects import NoObjects
 from equipoise.physics.pushed_object import PushedObject, PushedObjectState
 from equipoise.physics.rigid.engine import RigidContactEngine, RigidOptions
+from equipoise.physics.rigid.ground import Block, Ground
 from equipoise.physics.rigid.impact import Impact, inelastic_impact
 from equipoise.robots import Robot
 from equipoise.spatial import Array
@@ -42,16 +43,17 @@ class ContactEvent:
 
 
 class UnilateralContactEngine(NoObjects):
-    """Rigid bodies on a flat floor at `floor` [m] whose soles and points only push.
+    """Rigid bodies on a flat floor, and on the tops of `blocks`, whose soles and points only push.
 
     A sole or a point is released in the step in which its normal force would be negative. It lands
-    in the step at whose start it is at the floor and goes down: of a sole a corner is at the floor,
-    and its middle goes down. A landing is an inelastic impact: all rows of what holds come to rest
-    at once. A support that would have to pull in it, more than what it carries in a step, lifts
-    instead; and what would have to be pulled down to rest does not land. From then on it stays
-    where it landed: it never slips, and a sole neither rolls nor tips, whatever moment it would
-    need; that is judged elsewhere. What force sensors read, `lam`, leaves the impulses out: they
-    are in `events`. Contacts that do not support hold both ways.
+    in the step at whose start it is at the floor and goes down: of a sole a corner is at the height
+    of what is under its middle, which goes down; sides and edges of blocks are not felt. A landing
+    is an inelastic impact: all rows of what holds come to rest at once. A support that would have
+    to pull in it, more than what it carries in a step, lifts instead; and what would have to be
+    pulled down to rest does not land. From then on it stays where it landed: it never slips, and a
+    sole neither rolls nor tips, whatever moment it would need; that is judged elsewhere. What force
+    sensors read, `lam`, leaves the impulses out: they are in `events`. Contacts that do not support
+    hold both ways.
 
     Between two events this is `RigidContactEngine`, with the contacts that hold then.
     Raises: `InputError` for pushed objects, which belong to that engine.
@@ -67,6 +69,7 @@ class UnilateralContactEngine(NoObjects):
         options: RigidOptions | None = None,
         v_start: Array | None = None,
         pushed: Sequence[PushedObject] = (),
+        blocks: Sequence[Block] = (),
     ) -> None:
         if pushed:
             raise InputError(
@@ -90,7 +93,8 @@ class UnilateralContactEngine(NoObjects):
             if not _lifts(c) or _lowest(c, kin)[0] < _height(c) + STANDS
         }
         self._axes: dict[str, Array] = {}  # in which the wrench of a sole is told
-        self.floor = min((_height(c) for c in self._feet.values()), default=-math.inf)
+        lowest = min((_height(c) for c in self._feet.values()), default=-math.inf)
+        self.ground = Ground(lowest, tuple(blocks))
         v = np.zeros(robot.nv) if v_start is None else v_start
         self._steps, self._control_dt = 0, control_dt
         self._lam = np.zeros(contacts.size)
@@ -200,7 +204,7 @@ class UnilateralContactEngine(NoObjects):
             return
         state = self._inside.state
         kin = self.robot.at(state.q, state.v)
-        landing = [n for n in free if _goes_into_floor(self._feet[n], kin, self.floor)]
+        landing = [n for n in free if _goes_into(self.ground, self._feet[n], kin)]
         if not landing:
             return
         for name in landing:
@@ -277,10 +281,10 @@ def _lowest(contact: Contact, kin: Kinematics) -> tuple[float, Array, str | int]
     return float(point[2]), point, contact.frame
 
 
-def _goes_into_floor(contact: Contact, kin: Kinematics, floor: float) -> bool:
-    """Return whether the lowest point of a foot is at the floor, and its middle goes down."""
+def _goes_into(ground: Ground, contact: Contact, kin: Kinematics) -> bool:
+    """Return whether the lowest point of a foot is at the ground, and its middle goes down."""
     lowest, middle, frame = _lowest(contact, kin)
-    if lowest > floor:
+    if lowest > ground.under(middle):
         return False
     twist = kin.twist(frame)
     speed = twist[:3] + np.cross(twist[3:], middle - kin.placement(frame).translation)

@@ -80,12 +80,14 @@ class BalanceSpec(Section):
 
     `gain` [1/s]: rate at which an error of the divergent component dies out. `margin` [m]: how far
     inside the soles the zero-moment point is kept meanwhile. `leash` [m]: how far the divergent
-    component may be from its reference before the reference goes with it.
+    component may be from its reference before the reference goes with it. `step` [m]: how far from
+    its plan a foot may be put down to catch the robot; zero: never.
     """
 
     gain: Positive = 3.0
     margin: NotNegative = 0.01
     leash: Positive = 0.01
+    step: NotNegative = 0.0
 
 
 class WalkSpec(Section):

@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from equipoise.errors import ScenarioError
+from equipoise.errors import InputError, ScenarioError
 from equipoise.physics import (
     PhysicsEngine,
     RigidContactEngine,
     RigidOptions,
     UnilateralContactEngine,
 )
+from equipoise.physics.rigid.ground import Block
 from equipoise.scenarios import schema
-from equipoise.scenarios.lookup import to_vector
+from equipoise.scenarios.lookup import at_path, to_vector
 from equipoise.simulation.build.plant import one_sided_surfaces, plant_objects, plant_robot
 from equipoise.simulation.build.setup import Setup
 from equipoise.spatial import Array
@@ -55,7 +56,23 @@ def make_engine(scenario: schema.Scenario, setup: Setup, q_start: Array) -> Phys
             path=f"contacts.{one_sided[0]}",
             remedy="Use the engine mujoco, or physics.contacts: bilateral",
         )
-    return UnilateralContactEngine(*given, options=options, pushed=pushed)
+    blocks = _blocks(scenario, setup) if scenario.walk is not None else []
+    return UnilateralContactEngine(*given, options=options, pushed=pushed, blocks=blocks)
+
+
+def _blocks(scenario: schema.Scenario, setup: Setup) -> list[Block]:
+    """Return the boxes of the world, on which feet may land. Raises: `ScenarioError`."""
+    bodies = {body.name: body for body in setup.scene.bodies}
+    blocks = []
+    for name in scenario.world.bodies:
+        body = bodies[name]
+        for shape in body.shapes:
+            try:
+                if shape.kind == "box":
+                    blocks.append(Block(body.T_parent_body * shape.T_body_shape, shape.size))
+            except InputError as error:
+                raise at_path(error, f"world.bodies.{name}") from None
+    return blocks
 
 
 def _require_one_hand(scenario: schema.Scenario, setup: Setup, kind: str) -> None:

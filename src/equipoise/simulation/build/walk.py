@@ -62,9 +62,10 @@ class WalkSetup:
     contacts: tuple[str, str]
     weight: float
 
-    def walker(self) -> Walker:
+    def walker(self, balance: BalanceFeedback | None = None) -> Walker:
         """Return who leads the targets, from the start of the plan on."""
-        return Walker(self.planner, self.plan, TouchSettings(TOUCH * self.weight), self.targets)
+        touch = TouchSettings(TOUCH * self.weight)
+        return Walker(self.planner, self.plan, touch, self.targets, balance=balance)
 
     def balance(self, dt: float) -> BalanceFeedback | None:
         """Return the feedback on the centre of mass for a period `dt` [s], if it is wanted."""

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from equipoise.compiled import compiled, entrance
 from equipoise.errors import InputError
 from equipoise.hqp import Block, Hierarchy, RowDescription
-from equipoise.kinematics import Kinematics
-from equipoise.robots import Robot, require_robot
+from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import not_negative, real_vector, require_period, share
+from equipoise.spatial.numbers import real_vector, require_period
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, require_rate
-from equipoise.tasks.joint_rows import write_joint_rows
+from equipoise.tasks.base import require_rate
+from equipoise.tasks.joint_rows import JointBoundsTask
 from equipoise.tasks.view import JOINT_ACCELERATIONS, TaskView, joint_positions, joint_speeds
 
 _NEAR = 1e-9  # [rad/s] bounds nearer than this are one
@@ -59,7 +57,7 @@ def acceleration_rows(task: TaskView) -> None:
         task.upper[task.at + i] = min(max(high, slowest), fastest)
 
 
-class JointAccelerationsTask(KernelTask):
+class JointAccelerationsTask(JointBoundsTask):
     """Bound how fast each joint's velocity changes, so that it can stop before its limits.
 
     `|v - v_before| <= acceleration * period`, and v within the speeds from which the joint still
@@ -89,9 +87,7 @@ class JointAccelerationsTask(KernelTask):
         velocity_share: float = 0.95,
         rate: float = 5.0,
     ) -> None:
-        super().__init__(name)
-        require_robot(f"the robot of task {name!r}", robot)
-        self._labels = robot.joint_names
+        super().__init__(name, robot, margin, velocity_share)
         self.acceleration = real_vector(f"the bounds of task {name!r}", acceleration, robot.na)
         if not (self.acceleration > 0.0).all():
             worst = robot.joint_names[int(np.argmin(self.acceleration))]
@@ -99,22 +95,7 @@ class JointAccelerationsTask(KernelTask):
                 f"the acceleration bounds of task {name!r} must be positive [rad/s^2]",
                 given={worst: float(self.acceleration.min())},
             )
-        margin = not_negative(f"the margin of task {name!r}", margin, "rad")
-        velocity_share = share(f"the velocity share of task {name!r}", velocity_share)
         self.period, self.rate = require_period(period), require_rate(name, rate)
-        inset = np.minimum(margin, 0.25 * (robot.q_max - robot.q_min))
-        self.q_low, self.q_high = robot.q_min + inset, robot.q_max - inset
-        self.v_share = velocity_share * robot.v_max
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """The joint names."""
-        return self._labels
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Radians (metres for a prismatic joint)."""
-        return ("rad",) * len(self._labels)
 
     @property
     def numbers(self) -> Array:
@@ -122,15 +103,6 @@ class JointAccelerationsTask(KernelTask):
         return np.concatenate(
             (self.q_low, self.q_high, self.v_share, self.acceleration, [self.period])
         )
-
-    def write_constants(self, A: Array, robot: Any) -> None:
-        """Write the velocities of the joints."""
-        write_joint_rows(A, robot)
-
-    def error(self, kin: Kinematics, t: float) -> Array:
-        """Return how far [rad] each joint is beyond its limits moved in by the margin."""
-        q = kin.q[-len(self.q_low) :]
-        return np.maximum(0.0, np.maximum(self.q_low - q, q - self.q_high))
 
     def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
         """Return what a person calls each row: the acceleration, or what is closer than that.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,13 +11,12 @@ from equipoise.compiled import compiled
 from equipoise.given import mapping_of, names_of
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.hqp.row_names import SPEED_LIMIT
-from equipoise.kinematics import Kinematics
-from equipoise.robots import Robot, require_robot
+from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import not_negative, share
+from equipoise.spatial.numbers import not_negative
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, require_rate
-from equipoise.tasks.joint_rows import write_joint_rows
+from equipoise.tasks.base import require_rate
+from equipoise.tasks.joint_rows import JointBoundsTask
 from equipoise.tasks.view import JOINT_LIMITS, TaskView, joint_positions
 
 
@@ -34,7 +32,7 @@ def limit_rows(task: TaskView) -> None:
         task.upper[task.at + i] = min(max(high, -v_max), v_max)
 
 
-class JointLimitsTask(KernelTask):
+class JointLimitsTask(JointBoundsTask):
     """Bound each joint velocity by the velocity limit and by the margin to the position limits.
 
     `rate * (q_min + margin - q) <= v <= rate * (q_max - margin - q)`: a limit moved in by
@@ -61,16 +59,8 @@ class JointLimitsTask(KernelTask):
         speeds: Mapping[str, float] | None = None,
         frozen: Sequence[str] = (),
     ) -> None:
-        super().__init__(name)
-        require_robot(f"the robot of task {name!r}", robot)
-        margin = not_negative(f"the margin of task {name!r}", margin, "rad")
-        velocity_share = share(f"the velocity share of task {name!r}", velocity_share)
-        self._labels = robot.joint_names
+        super().__init__(name, robot, margin, velocity_share)
         self.rate = require_rate(name, rate)
-        inset = np.minimum(margin, 0.25 * (robot.q_max - robot.q_min))
-        self.q_low = robot.q_min + inset
-        self.q_high = robot.q_max - inset
-        self.v_share = velocity_share * robot.v_max
         for joint, speed in mapping_of(f"the speeds of task {name!r}", speeds).items():
             i = robot.joint_index(joint)
             speed = not_negative(f"the speed of {joint} in task {name!r}", speed, "rad/s")
@@ -79,28 +69,9 @@ class JointLimitsTask(KernelTask):
         self.v_share[[robot.joint_index(joint) for joint in still]] = 0.0
 
     @property
-    def labels(self) -> tuple[str, ...]:
-        """The joint names."""
-        return self._labels
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Radians (metres for a prismatic joint)."""
-        return ("rad",) * len(self._labels)
-
-    @property
     def numbers(self) -> Array:
         """Lower and upper positions, and the speeds, of all joints."""
         return np.concatenate((self.q_low, self.q_high, self.v_share))
-
-    def write_constants(self, A: Array, robot: Any) -> None:
-        """Write the velocities of the joints."""
-        write_joint_rows(A, robot)
-
-    def error(self, kin: Kinematics, t: float) -> Array:
-        """Return how far [rad] each joint is beyond its limits moved in by the margin."""
-        q = kin.q[-len(self.q_low) :]
-        return np.maximum(0.0, np.maximum(self.q_low - q, q - self.q_high))
 
     def describe(self, block: Block, hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
         """Return what a person calls each row: a limit of position, or of speed if it is closer."""

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from equipoise.compiled import compiled
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
-from equipoise.robots import Robot, require_robot
+from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
 from equipoise.tasks.alone import alone_of
-from equipoise.tasks.base import KernelTask, require_rate
-from equipoise.tasks.joint_rows import write_joint_rows
+from equipoise.tasks.base import require_rate
+from equipoise.tasks.joint_rows import JointTask
 from equipoise.tasks.view import POSTURE, TaskView, joint_positions
 
 
@@ -26,7 +24,7 @@ def posture_rows(task: TaskView) -> None:
         task.upper[task.at + i] = lower[task.at + i]
 
 
-class PostureTask(KernelTask):
+class PostureTask(JointTask):
     """Draw the joints to `q_joints` (na,) with `rate` [1/s]: `v_j = rate * (q_joints - q)_j`."""
 
     row_unit = "rad/s"
@@ -35,30 +33,14 @@ class PostureTask(KernelTask):
     alone = staticmethod(alone_of("posture", posture_rows))
 
     def __init__(self, name: str, robot: Robot, q_joints: Array, *, rate: float = 1.0) -> None:
-        super().__init__(name)
-        require_robot(f"the robot of task {name!r}", robot)
-        self._labels = robot.joint_names
+        super().__init__(name, robot)
         self.q_joints = real_vector(f"the target of task {name!r}", q_joints, robot.na)
         self.rate = require_rate(name, rate)
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """The joint names."""
-        return self._labels
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Radians (metres for a prismatic joint)."""
-        return ("rad",) * len(self._labels)
 
     @property
     def numbers(self) -> Array:
         """The wanted joint positions."""
         return self.q_joints
-
-    def write_constants(self, A: Array, robot: Any) -> None:
-        """Write the velocities of the joints."""
-        write_joint_rows(A, robot)
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return (na,) [rad]: how far it is to the posture."""

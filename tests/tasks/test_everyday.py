@@ -267,12 +267,12 @@ tasks:
         (lambda r: ComTask("c", (0, 0, 1), axes=["rx"]), NameNotFoundError, "rx"),
         (lambda r: JointCouplingTask("j", r, [{"elbow": 1.0}]), NameNotFoundError, "elbow"),
         (lambda r: JointCouplingTask("j", r, KNEES), InputError, "sums"),
-        (lambda r: JointCouplingTask("j", r, [KNEES], values=[0, 1]), InputError, "2 values"),
+        (lambda r: JointCouplingTask("j", r, [KNEES], values=[0, 1]), ShapeError, r"wanted \(1,\)"),
         (lambda r: KeepInTask("i", "left_palm", HERE, (1, 0, 1)), InputError, "size"),
         (lambda r: KeepOutTask("o", "left_palm", (0, 0, 0), 0.0), InputError, "radius"),
         (lambda r: JointLimitsTask("l", r, speeds={"elbow": 1.0}), NameNotFoundError, "elbow"),
         (lambda r: JointLimitsTask("l", r, speeds={"LLEG_JOINT3": -1.0}), InputError, "negative"),
-        (lambda r: JointLimitsTask("l", r, frozen="LLEG_JOINT3"), InputError, "several"),
+        (lambda r: JointLimitsTask("l", r, frozen="LLEG_JOINT3"), InputError, "list"),
     ],
 )  # fmt: skip
 def test_errors_say_what_was_given(hrp2, how, error, says):

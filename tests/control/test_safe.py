@@ -14,7 +14,6 @@ from equipoise.control import Mode, SupervisorLimits
 from equipoise.control.base_from_contacts import BaseFromContacts, base_from_contacts
 from equipoise.control.safe_hold import DAMPING_SHARE, joint_damping
 from equipoise.errors import InputError
-from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import get_robot
 from equipoise.scenarios import read_scenario
 from equipoise.simulation.simulation import Simulation
@@ -59,8 +58,7 @@ def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
     v = stack.at(robot.at(q)).project(rng.normal(size=robot.nv))
     blind_q, blind_v = q.copy(), v.copy()
     blind_q[:7], blind_v[:6] = np.nan, np.nan
-    kinematics = KinematicsEvaluator(robot)
-    found = base_from_contacts(robot, kinematics, stack, robot.q_half_sitting, blind_q, blind_v)
+    found = base_from_contacts(robot, stack, robot.q_half_sitting, (blind_q, blind_v))
     assert found is not None
     apart = pin.difference(robot.model, q, found[0])
     assert np.abs(apart).max() < 1e-5
@@ -69,7 +67,7 @@ def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
 
 def test_without_a_contact_no_base_is_made_up(hrp2):
     q, v = hrp2.q_half_sitting, np.zeros(hrp2.nv)
-    assert base_from_contacts(hrp2, KinematicsEvaluator(hrp2), ContactStack([]), q, q, v) is None
+    assert base_from_contacts(hrp2, ContactStack([]), q, (q, v)) is None
     assert BaseFromContacts(hrp2, 1e-3, 0.01).follow(ContactStack([]), q, q, v) is None
 
 

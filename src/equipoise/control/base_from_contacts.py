@@ -46,7 +46,7 @@ class BaseFromContacts:
         if self._from is None:
             self._from = last.copy()
             self._moved[:] = self._v[:] = 0.0
-        found = base_from_contacts(robot, self._kinematics, contacts, self._from, q, v)
+        found = base_from_contacts(self.robot, contacts, self._from, (q, v), self._kinematics)
         if found is None:
             return None
         apart = pin.difference(robot.model, self._from, found[0])[:base]
@@ -73,18 +73,19 @@ class BaseFromContacts:
 
 def base_from_contacts(
     robot: Robot,
-    kinematics: KinematicsEvaluator,
     contacts: ContactStack,
     last: Array,
-    q: Array,
-    v: Array,
+    measured: tuple[Array, Array],
+    kinematics: KinematicsEvaluator | None = None,
 ) -> tuple[Array, Array] | None:
     """Return q (nq,) and v (nv,) whose base keeps the supporting contacts as they were in `last`.
 
-    `last` (nq,) is a configuration that is known whole; the joints of `q` and `v` are measured,
+    `last` (nq,) is a configuration that is known whole; of `measured` q and v the joints count,
     their base is not read. None if the contacts do not hold the base in all directions. Least
     squares over all supporting rows, so that one sole of two that slips moves the base by half.
+    `kinematics` are those of the robot, whose memory is then used again.
     """
+    (q, v), kinematics = measured, kinematics or KinematicsEvaluator(robot)
     standing = ContactStack([c for c in contacts.contacts if c.supporting])
     base, nq = robot.nv_base, robot.nq_base
     if base == 0:

@@ -22,7 +22,7 @@ from equipoise.wire.interface import (
 
 NEAR, FAR = 0.01, 1.0  # [rad] of a joint: what is left as it is, what is too far
 FASTEST = 0.3  # [rad/s] of the joint that has the longest way
-SHORTEST, SETTLING = 1.0, 0.5  # [s]
+SHORTEST, SETTLING, CORRECTING = 1.0, 1.0, 0.2  # [s]
 ASTRAY = 0.3  # [rad] that a joint may be from where it is led
 RESEND, SILENCE = 0.02, 1.0  # [s]
 PEAK = 1.875  # of the speed of minimum jerk, by its mean
@@ -83,9 +83,12 @@ class BroughtUp:
         if not (ready and NEAR < length <= FAR):
             return state
         began, takes = state.t, max(PEAK * length / FASTEST, SHORTEST)
+        sag, last = np.zeros_like(way), state.t  # what servos leave under load is corrected
         while state.t - began < takes + SETTLING:
             posture = start + way * step(min((state.t - began) / takes, 1.0))
-            state = self._led(state, posture)
+            state = self._led(state, posture + sag)
+            sag += (posture - state.q[nq:]) * (state.t - last) / CORRECTING
+            last = state.t
             off = np.abs(posture - state.q[nq:])
             if not (off <= ASTRAY).all():
                 name = self.robot.joint_names[int(np.argmax(off))]

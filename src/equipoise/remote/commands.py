@@ -188,9 +188,10 @@ def control_robot(scenario: Scenario, options: WireOptions, say: Say) -> RemoteR
 
 def _chain(link: RobotInterface) -> Iterator[RobotInterface]:
     """Yield a link, what is behind it, and so on."""
-    while link is not None:
-        yield link
-        link = getattr(link, "behind", None)
+    behind: RobotInterface | None = link
+    while behind is not None:
+        yield behind
+        behind = getattr(behind, "behind", None)
 
 
 def _compare(run: RemoteRun, session: SessionRobot) -> None:

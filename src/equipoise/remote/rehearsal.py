@@ -79,8 +79,8 @@ class WatchedRobot(SimulatedRobot):
         self._outcome.share = max(self._outcome.share, worst)
         super().write(command)
 
-    def _go_on(self, tau: Array) -> None:
-        super()._go_on(tau)
+    def _go_on(self, tau: Array, pushed: Array | None = None) -> None:
+        super()._go_on(tau, pushed)
         if self.plant.robot.nv_base == 6:
             moved = pin.difference(self.plant.robot.model, self._start, self.q)
             self._outcome.tilt = max(self._outcome.tilt, float(np.linalg.norm(moved[3:6])))

@@ -16,6 +16,7 @@ from equipoise.wire.interface import CommandMode, RobotCommand, RobotMode, Robot
 CARRIED_TIME = 0.1  # [s] over which the torque that carries the robot is averaged
 SINKING = 2.0  # [s] in which the weight is let down
 GRAVITY = 9.81  # [m/s^2]
+GANTRY, GYRATION = 15.0, 0.3  # [rad/s], [m]: how stiff a gantry is for the mass that hangs in it
 HOLD_ERROR, HOLD_TILT = 0.3, 0.3  # [rad] from the held posture beyond which holding is given up
 
 
@@ -23,7 +24,8 @@ class SimulatedRobot:
     """A `RobotInterface` whose time goes on by one `dt` [s] with every `write`.
 
     Told nothing more, it holds its posture by joint servos around the torque that carried it. If a
-    joint or the base is led away from it, it lets its weight down, braking.
+    joint or the base is led away from it, it lets its weight down, braking. While it is led to a
+    posture, its base hangs in a gantry: servos alone do not balance a robot that stands.
     `tau` (na,) [N m] is what it stands by at first, None where nothing holds it.
     """
 
@@ -35,6 +37,9 @@ class SimulatedRobot:
         self._tau = np.zeros(robot.na) if tau is None else tau.copy()
         self._carried = self._tau.copy()
         self._held: Array | None = None  # the posture that is held (nq,)
+        self._led: Array | None = None  # the posture of the joints that it is led to (na,)
+        self._hung = self._state.q.copy()  # where the gantry keeps the base (nq,)
+        self._mass = float(sum(one.mass for one in robot.model.inertias))
         self._sunk = 0  # periods since it was given up
         delay = self._dt + plant.faults.faults.command_delay
         self._stiffness, self._damping = servo_gains(robot, delay)
@@ -98,13 +103,25 @@ class SimulatedRobot:
     def _go_to(self, posture: Array) -> None:
         """Go on by one period, led to a posture of the joints (na,) by its own servos."""
         robot, nq, nv = self.plant.robot, self.plant.robot.nq_base, self.plant.robot.nv_base
-        wanted = np.clip(posture, robot.q_min, robot.q_max)
-        away = wanted - self._state.q[nq:]
+        self._led = np.clip(posture, robot.q_min, robot.q_max)
+        away = self._led - self._state.q[nq:]
         tau = self._carried + self._stiffness * away - self._damping * self._state.v[nv:]
-        self._go_on(np.clip(tau, -robot.tau_max, robot.tau_max))
+        self._go_on(np.clip(tau, -robot.tau_max, robot.tau_max), self._gantry())
+
+    def _gantry(self) -> Array:
+        """Return the generalised force (nv,) of a gantry: a spring and a damper at the base."""
+        robot, force = self.plant.robot, np.zeros(self.plant.robot.nv)
+        if robot.nv_base == 6:
+            away = pin.difference(robot.model, self._state.q, self._hung)[:6]
+            inertia = self._mass * np.repeat([1.0, GYRATION**2], 3)
+            force[:6] = inertia * (GANTRY**2 * away - 2.0 * GANTRY * self._state.v[:6])
+        return force
 
     def hold(self) -> None:
         """Go on by one period by its own servos. Raises: `DivergedError`."""
+        if self._led is not None and self.mode is RobotMode.WAITING:
+            self._go_to(self._led)
+            return
         robot, nv = self.plant.robot, self.plant.robot.nv_base
         if self._held is None:
             self._held, self._sunk, self.mode = self._state.q.copy(), 0, RobotMode.HELD
@@ -122,10 +139,10 @@ class SimulatedRobot:
             self._sunk += 1
         self._go_on(np.clip(tau, -robot.tau_max, robot.tau_max))
 
-    def _go_on(self, tau: Array) -> None:
+    def _go_on(self, tau: Array, pushed: Array | None = None) -> None:
         self._tau = tau.copy()
         self._before = self._state.v[:3]
-        self._state = self.plant.write(tau, self._state, None)
+        self._state = self.plant.write(tau, self._state, pushed)
         self._ticks += 1
 
     def close(self) -> None:

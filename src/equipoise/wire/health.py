@@ -51,7 +51,7 @@ def told_of_health(health: Health, names: Sequence[str]) -> list[str]:
         said.append(f"its motors have {health.voltage.min():.1f} V or more")
     if health.words.any():
         which = ", ".join(
-            f"{names[k]} {int(health.words[k]):#x}" for k in np.flatnonzero(health.words)
+            f"{name} {int(word):#x}" for name, word in zip(names, health.words, strict=True) if word
         )
         said.append(f"its motors report codes that are not understood here: {which}")
     return said

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -57,20 +58,17 @@ class RecordingRobot:
         self.behind.close()
         if not self._states:
             return
-        fields = {name: np.array([getattr(one, name) for one in self._states]) for name in STATE}
-        health = {
-            name: np.array([getattr(s.health, name) for s in self._states]) for name in HEALTH
+        states, commands = self._states, self._commands
+        fields: dict[str, Any] = {
+            name: np.array([getattr(one, name) for one in states]) for name in STATE
         }
-        na = self._states[0].tau.size
+        for name in HEALTH:
+            fields[name] = np.array([getattr(one.health, name) for one in states])
+        given = np.array([one.tau for one in commands]).reshape(-1, states[0].tau.size)
+        fields["answered"], fields["command"] = np.array([one.t for one in commands]), given
+        fields["digest"] = np.frombuffer(self._digest, np.uint8)
         with self.path.open("wb") as out:
-            np.savez_compressed(
-                out,
-                **fields,
-                **health,
-                answered=np.array([one.t for one in self._commands]),
-                command=np.array([one.tau for one in self._commands]).reshape(-1, na),
-                digest=np.frombuffer(self._digest, np.uint8),
-            )
+            np.savez_compressed(out, **fields)
         self._states, self._commands = [], []
 
 
@@ -105,15 +103,11 @@ class SessionRobot:
         if k == len(fields["t"]):
             raise RobotLostError(f"The session is over, t = {fields['t'][-1]:.3f} s.")
         self._next += 1
-        arrays = [fields[name][k] for name in STATE[3:]]
-        *motors, stop = (fields[name][k] for name in HEALTH)
-        return RobotState(
-            int(fields["sequence"][k]),
-            float(fields["t"][k]),
-            RobotMode(int(fields["mode"][k])),
-            *arrays,
-            Health(*motors, bool(stop)),
-        )
+        stamps, q, v, lam, tau, imu = (fields[name][k] for name in STATE[3:])
+        temperature, voltage, words, stop = (fields[name][k] for name in HEALTH)
+        health = Health(temperature, voltage, words, bool(stop))
+        mode, number, t = RobotMode(int(fields["mode"][k])), fields["sequence"][k], fields["t"][k]
+        return RobotState(int(number), float(t), mode, stamps, q, v, lam, tau, imu, health)
 
     def write(self, command: RobotCommand) -> None:
         """Compare a torque with the one of the session that answered the same state."""

@@ -45,6 +45,8 @@ class ForcePlot:
         if self._chart is None:
             return
         t = self._session.t
+        if t <= 0.0:  # nothing was wanted yet
+            return
         if self._points and t < self._points[-1][0] + EVERY:
             return
         forces = self._session.forces()

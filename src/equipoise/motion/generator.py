@@ -234,6 +234,11 @@ class MotionGenerator:
         Raises: `InputError` for what is no time.
         """
         t = time_of(t)
+        if self.one_call:
+            q_ref = self._state.q.copy()  # it stays until the move
+            self._solve_in_one(t, MOVE)
+            self.stamp += 1
+            return MotionStep(t, q_ref, self._tasks.v_ref.copy(), self)
         self.solve(t)
         self.stamp += 1
         step = MotionStep(t, self._state.q.copy(), self._tasks.v_ref.copy(), self)
@@ -242,16 +247,20 @@ class MotionGenerator:
 
     def solve(self, t: float) -> int:
         """Solve at time `t` [s], leaving q_ref and v_ref in the workspace."""
-        if not self.one_call:
-            self.begin(t)
-            return self.finish(t)
+        if self.one_call:
+            return self._solve_in_one(t, 0)
+        self.begin(t)
+        return self.finish(t)
+
+    def _solve_in_one(self, t: float, move: int) -> int:
+        """Solve by a call of the kernel, two if Coal is asked; move on if `move` says so."""
         if self.asks_before:
             self.program.write_before(self.workspace, t)
-        how: int = motion_alone(*self._blocks, t, self.dt, bool(self.fades), WHOLE)
+        how: int = motion_alone(*self._blocks, t, self.dt, bool(self.fades), WHOLE | move)
         if how != ASKED:
             return how
         self.program.ask_coal(self.workspace)
-        return motion_alone(*self._blocks, t, self.dt, bool(self.fades), ROWS | SOLVE)
+        return motion_alone(*self._blocks, t, self.dt, bool(self.fades), ROWS | SOLVE | move)
 
     def begin(self, t: float) -> None:
         """Write the problem of time `t` [s], which `finish` solves."""

@@ -264,8 +264,10 @@ class MotionProgram:
         """
         for live in self.targets.live:
             live.post()
-        write_given(workspace.parts["targets"], self.targets.given, t)
-        self.contacts.write_places(workspace.parts["contacts"], t)
+        if self.targets.given:
+            write_given(workspace.parts["targets"], self.targets.given, t)
+        if self.contacts.placed:
+            self.contacts.write_places(workspace.parts["contacts"], t)
 
     def write_plain(self, workspace: Workspace, kin: Kinematics, t: float) -> bool:
         """Write the rows of what is in plain Python; False if a task has other rows than before."""

@@ -39,6 +39,15 @@ def real_vector(name: str, values: object, size: int) -> Array:
     return real_array(name, values, (size,))
 
 
+def real_list(name: str, values: object, size: int) -> list[float]:
+    """Return finite numbers as a list of floats: see `real_vector`, which is slower."""
+    if type(values) is np.ndarray and values.dtype == np.float64 and values.shape == (size,):
+        numbers: list[float] = values.tolist()
+        if math.isfinite(sum(numbers)):  # a NaN or an infinity would be in the sum
+            return numbers
+    return real_vector(name, values, size).tolist()
+
+
 def real_number(name: str, value: object, *, finite: bool = True) -> float:
     """Return a number as a float.
 

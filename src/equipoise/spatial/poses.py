@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from equipoise.errors import InputError, NonFiniteError
 from equipoise.spatial.numbers import real_array
-from equipoise.spatial.se3 import Array
+from equipoise.spatial.se3 import Array, pose_row
 
 FARTHEST = 1e6  # [m] a place further away than this is a slip; its squares still have all digits
 ROUNDING = 1e-5  # of R^T R against the identity: what single precision leaves
@@ -37,7 +37,7 @@ def rigid(what: str, T: object) -> pin.SE3:
             given=type(T).__name__,
             remedy="Make one with `equipoise.spatial.pose(xyz, rpy)` or `pinocchio.SE3(R, p)`",
         )
-    if _is_rigid(T.rotation.tolist(), T.translation.tolist()):
+    if _row_if_rigid(T) is not None:
         return T
     R = np.array(T.rotation)
     if not (np.isfinite(R).all() and np.isfinite(T.translation).all()):
@@ -47,17 +47,32 @@ def rigid(what: str, T: object) -> pin.SE3:
     return T
 
 
-def _is_rigid(R: list[list[float]], place: list[float]) -> bool:
-    """Tell whether a pose is fine: plain arithmetic, as targets are checked thousands of times."""
-    (a, b, c), (d, e, f), (g, h, i) = R
-    lengths = (a * a + d * d + g * g, b * b + e * e + h * h, c * c + f * f + i * i)
-    angles = (a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i)
-    return (
-        all(abs(square - 1.0) <= ROUNDING for square in lengths)
-        and all(abs(cosine) <= ROUNDING for cosine in angles)
+def rigid_row(what: str, T: object) -> list[float]:
+    """Return a checked pose as kernels read it (12 numbers): see `pose_row` and `rigid`."""
+    row = _row_if_rigid(T) if isinstance(T, pin.SE3) else None
+    return row if row is not None else pose_row(rigid(what, T)).tolist()
+
+
+def _row_if_rigid(T: pin.SE3) -> list[float] | None:
+    """Return the row of a pose that is fine: plain arithmetic, as targets come a thousand a second.
+
+    A NaN is no smaller than anything.
+    """
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = T.homogeneous.tolist()
+    if (
+        abs(a * a + d * d + g * g - 1.0) <= ROUNDING
+        and abs(b * b + e * e + h * h - 1.0) <= ROUNDING
+        and abs(c * c + f * f + i * i - 1.0) <= ROUNDING
+        and abs(a * b + d * e + g * h) <= ROUNDING
+        and abs(a * c + d * f + g * i) <= ROUNDING
+        and abs(b * c + e * f + h * i) <= ROUNDING
         and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0.0
-        and all(abs(x) <= FARTHEST for x in place)
-    )
+        and abs(x) <= FARTHEST
+        and abs(y) <= FARTHEST
+        and abs(z) <= FARTHEST
+    ):
+        return [a, d, g, b, e, h, c, f, i, x, y, z]
+    return None
 
 
 def rotation(what: str, R: Array) -> Array:

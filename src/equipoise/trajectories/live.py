@@ -23,8 +23,8 @@ from equipoise.spatial.kernels import (
     rotation_matrix,
     rotation_rate,
 )
-from equipoise.spatial.numbers import real_array, real_number
-from equipoise.spatial.poses import rigid
+from equipoise.spatial.numbers import real_list, real_number
+from equipoise.spatial.poses import rigid, rigid_row
 from equipoise.trajectories.base import LIVE, ROW, CompiledTrajectory, instant
 from equipoise.trajectories.scalar import LIVE as LIVE_SCALAR
 from equipoise.trajectories.scalar import CompiledScalar
@@ -42,6 +42,7 @@ LONG_AGO = -1e9  # [s]
 SMALL, SMALL_TURN = 0.05, 0.2  # [m/s], [rad/s] a change of the wanted speed that need not be faded
 NOMINAL = 10.0  # [1/s] rate at which a task makes speeds of distances, to tell what is small
 ESTIMATE, ESTIMATE_TURN = 10.0, 40.0  # [m/s^2], [rad/s^2] how fast an estimated twist may change
+AT_REST = [0.0] * 6
 LONGEST = 0.01  # [s] of one change of an estimate
 _counts = itertools.count(1)  # `next` of it is one step for every thread
 
@@ -85,13 +86,10 @@ class LiveTarget(CompiledTrajectory):
         That is the velocity [m/s] of its origin and its angular velocity [rad/s], in world axes;
         None: it is estimated. Raises: `InputError`, `NonFiniteError`, `ShapeError`.
         """
-        rigid("a live target", T_world_target)
-        posted = np.zeros(COUNT - POSTED)
-        posted[1:13] = pose_row(T_world_target)
+        row, moving, known = rigid_row("a live target", T_world_target), AT_REST, 0.0
         if twist is not None:
-            posted[13:19] = real_array("the twist of a live target", twist, (6,))
-            posted[19] = 1.0
-        posted[0] = next(_counts)
+            moving, known = real_list("the twist of a live target", twist, 6), 1.0
+        posted = np.array([next(_counts), *row, *moving, known])
         self._posted = posted  # one step: another thread sees the whole of it, or nothing
 
     def post(self) -> None:

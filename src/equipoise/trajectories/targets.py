@@ -38,6 +38,9 @@ class TargetList:
     def __init__(self) -> None:
         self.trajectories: list[PoseTrajectory] = []
         self._bodies: list[int] = []
+        # number and trajectory of those that are asked from Python every tick
+        self.given: list[tuple[int, PoseTrajectory]] = []
+        self.live: list[LiveTarget] = []  # those that may be set between two ticks
 
     def number_of(self, trajectory: PoseTrajectory) -> int:
         """Return the number of a trajectory, which is added if it is new."""
@@ -48,17 +51,11 @@ class TargetList:
         number = -1 if body is None else self.number_of(body)
         self.trajectories.append(trajectory)
         self._bodies.append(number)
+        if trajectory.kind == GIVEN:
+            self.given.append((len(self.trajectories) - 1, trajectory))
+        if isinstance(trajectory, LiveTarget):
+            self.live.append(trajectory)
         return len(self.trajectories) - 1
-
-    @property
-    def given(self) -> list[tuple[int, PoseTrajectory]]:
-        """Number and trajectory of those that are asked from Python every tick."""
-        return [(k, one) for k, one in enumerate(self.trajectories) if one.kind == GIVEN]
-
-    @property
-    def live(self) -> list[LiveTarget]:
-        """Those that may be set between two ticks."""
-        return [one for one in self.trajectories if isinstance(one, LiveTarget)]
 
     def lead(self, part: Part) -> None:
         """Let live targets keep their numbers in a part: its ticks are those that take them."""

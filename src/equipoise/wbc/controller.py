@@ -294,8 +294,9 @@ class WholeBodyController:
 
     def _follow(self, t: float) -> float:
         """Note and return the time [s] whose targets are followed in the tick of time `t`."""
-        clock = self.workspace.parts["tasks"].clock
-        self.followed_at = float(clock[CLOCK_TIME]) if self.settings.governor is not None else t
+        self.followed_at = t
+        if self.settings.governor is not None:
+            self.followed_at = float(self.workspace.parts["tasks"].clock[CLOCK_TIME])
         return self.followed_at
 
     @property

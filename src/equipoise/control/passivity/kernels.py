@@ -71,6 +71,7 @@ from equipoise.control.passivity.memory import (
     LAM_REF,
     LAYER_F,
     LAYER_P,
+    LIFTED,
     LOADS,
     MAPPING,
     MU,
@@ -247,7 +248,7 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
     for i in range(nv):
         s_p = dv[i] + gains[ALPHA] * dq[i]
         slow[i] += (gains[OBSERVER] if flags[STARTED] else 1.0) * (s_p - slow[i])
-    mapped = flags[MAPPING] != 0
+    mapped, lifted = flags[MAPPING] != 0, flags[MAPPING] == LIFTED
     if not flags[STARTED] or mapped:
         clock[T_POSTURE] = t
         for i in range(nv):
@@ -263,10 +264,12 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
         extended_force(law, J, rank)
         map_supports(law, base_size(tree), t)
         rank = factorise_rows(law, J)
-        forget_noise(law, J, rank, t)
+        vector(law, SETTLES)[:] = 0.0
+        if lifted:
+            forget_noise(law, J, rank, t)
     write_posture(law, t - clock[T_POSTURE])
     extended_force(law, J, rank)
-    if mapped:
+    if lifted:
         keep_noise(law, base_size(tree))
     hand_over(law, t)
     return rank

@@ -6,7 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from walks import FEET, PLANNER, STANCE
 
+from equipoise.walking import Stride, steps_along
 from equipoise.walking.centre import CentreState
 from equipoise.walking.pendulum import PendulumPath, ZmpMove
 from equipoise.walking.quasi_static import CentreMove, QuasiStaticPath
@@ -96,7 +98,7 @@ def test_slow_moves_take_the_zmp_beyond_their_ends_by_the_formula():
 
 
 def test_plain_numbers_are_the_same_motion():
-    """What is read every tick, against the arrays: before, in every piece, at the end, behind it."""
+    """What is read every tick, against the arrays: before, in every piece, and behind the end."""
     plan = PLANNER.begin(STANCE, steps_along(FEET, STANCE, Stride(0.2, 0.02, 0.1), 4))
     for t in np.linspace(-0.1, plan.end + 0.1, 301):
         state = plan.centre.at(t)

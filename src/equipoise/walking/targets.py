@@ -12,6 +12,8 @@ from equipoise.spatial import Array, pose_row
 from equipoise.trajectories import PoseSample, PoseTrajectory
 from equipoise.trajectories.base import ROW
 
+Numbers = Sequence[float] | Array
+
 
 class LedPose(PoseTrajectory):
     """A pose that is led by whoever writes it: every tick follows what was written last."""
@@ -25,9 +27,7 @@ class LedPose(PoseTrajectory):
         self._row[:12] = pose_row(T_world_target)
         self._row[12:] = twist
 
-    def write_point(
-        self, point: Sequence[float] | Array, velocity: Sequence[float] | Array
-    ) -> None:
+    def write_point(self, point: Numbers, velocity: Numbers) -> None:
         """Let the origin be at a point (3,) [m] and move with a velocity (3,) [m/s]."""
         self._row[9:12], self._row[12:15] = point, velocity
 

@@ -91,24 +91,25 @@ def plank(height: float) -> Overrides:
 
 
 def stairs(robot: Robot) -> list[str]:
-    """Four stairs of 5 cm, 3 cm deeper than a sole; the last step puts the feet side by side."""
+    """Four stairs of 5 cm, 4 cm deeper than a sole; the last step puts the feet side by side."""
     sole, bodies = robot.soles[0], []
-    deep = round(sole.x_max - sole.x_min + 0.03, 3)
+    deep = round(sole.x_max - sole.x_min + 0.04, 3)
     for k in range(1, 5):
         # a stair begins behind the heel of the foot that is put on it, and goes on to the last
-        begin = k * deep + sole.x_min - 0.015
+        begin = k * deep + sole.x_min - 0.02
         end = 4 * deep + sole.x_max + 0.1
         size = [round(end - begin, 4), 1.0, RISE]
         at = f"{{xyz: [{0.5 * (begin + end):.4f}, 0.0, {(k - 0.5) * RISE:.4f}]}}"
         bodies.append(f"stair_{k}: {{at: {at}, shapes: [{{box: {size}}}]}}")
     return [
-        f"walk.along={{count: 5, forward: {deep}, up: {RISE}}}", "walk.crouch=0.05",
-        "walk.swing.height=0.04", "walk.timing={single: 1.0, double: 0.6}", "duration=12",
+        f"walk.along={{count: 5, forward: {deep}, up: {RISE}}}", "walk.crouch=0.08",
+        "walk.swing.height=0.05", "walk.timing={single: 1.4, double: 0.8}", "duration=15",
         f"world.bodies={{{', '.join(bodies)}}}",
     ]  # fmt: skip
 
 
 RISE = 0.05  # [m] height of a stair
+SIDE = ["walk.along={count: 4, left: 0.02}"]
 TURNING = ["walk.along={count: 6, forward: 0.1, turn: 0.1}", "duration=10.5"]
 TWELVE = ["walk.along.count=12", "duration=17.5"]
 FAST = ["walk.timing={single: 0.4, double: 0.15}", "walk.swing.height=0.03", "duration=6"]
@@ -127,11 +128,11 @@ def cases() -> dict[str, Case]:
             f"0.4/0.15 s{end}": Case("walk", FAST, engine=engine),
         }
     found |= {
-        "side steps": Case("walk", ["walk.along={count: 4, left: 0.04}"]),
+        "side steps": Case("walk", SIDE),
         "turning": Case("walk", TURNING),
         "stairs": Case("walk", stairs),
         "stairs, rigid": Case("walk", stairs, engine="rigid"),
-        "side steps, rigid": Case("walk", ["walk.along={count: 4, left: 0.04}"], engine="rigid"),
+        "side steps, rigid": Case("walk", SIDE, engine="rigid"),
         "turning, rigid": Case("walk", TURNING, engine="rigid"),
         "masses x 1.3": Case("walk", ["disturbances.mass_scale=1.3"]),
         "masses x 0.7": Case("walk", ["disturbances.mass_scale=0.7"]),

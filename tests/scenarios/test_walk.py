@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -154,6 +156,39 @@ def test_it_stands_a_push_that_a_fixed_reference_falls_from(tmp_path: Path) -> N
     assert sunk < 0.05
     assert off < 0.01
     assert height_and_place("null")[0] > 0.2
+
+
+def benchmark():
+    """Return benchmarks/walking.py, which has the cases of the page on walking."""
+    place = Path(__file__).parents[2] / "benchmarks" / "walking.py"
+    spec = importlib.util.spec_from_file_location("walking_benchmark", place)
+    found = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = found
+    spec.loader.exec_module(found)
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("robot", "case", "shorter", "base", "joints"),
+    [
+        ("hrp2", "plank 2 cm", ["walk.along.count=3", "duration=5.2"], 12.0, 100.0),
+        ("g1", "noise", ["walk.along.count=2", "duration=3.2"], 12.0, 100.0),
+        ("hrp2", "stairs", ["walk.along.count=2", "duration=6.5"], 2.0, 30.0),
+    ],
+)
+def test_it_walks_over_what_nobody_told_it_and_up_stairs(robot, case, shorter, base, joints):
+    """Without the landing that lets go again, and with noise kept at a lift, the first two fall."""
+    module = benchmark()
+    require(robot, module.cases()[case].engine)
+    result, ticks = module.measure(case, robot, shorter)
+    assert result.walks
+    assert result.base < base  # [mm]
+    assert result.joints < joints  # [mrad]
+    assert result.jump < 1e-6
+    if case.startswith("stairs"):
+        z = [ticks.simulation.walk.walker.stance[foot].translation[2] for foot in (0, 1)]
+        assert max(z) == pytest.approx(module.RISE, abs=2e-3)
 
 
 def test_a_switch_is_continuous_while_motors_are_relieved():

@@ -6,7 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from walks import FEET, PLANNER, STANCE
 
+from equipoise.walking import Stride, steps_along
 from equipoise.walking.centre import CentreState
 from equipoise.walking.pendulum import PendulumPath, ZmpMove
 from equipoise.walking.quasi_static import CentreMove, QuasiStaticPath
@@ -93,3 +95,11 @@ def test_slow_moves_take_the_zmp_beyond_their_ends_by_the_formula():
     path = QuasiStaticPath(OMEGA, 0.0, np.zeros(2), [CentreMove(T, np.array([D, 0.0]))])
     zmp = np.array([path.at(t).zmp[0] - path.at(t).p[0] for t in times_of(path)])
     assert np.abs(zmp).max() == pytest.approx(10.0 / np.sqrt(3.0) * D / (OMEGA * T) ** 2, rel=1e-5)
+
+
+def test_plain_numbers_are_the_same_motion():
+    """What is read every tick, against the arrays: before, in every piece, and behind the end."""
+    plan = PLANNER.begin(STANCE, steps_along(FEET, STANCE, Stride(0.2, 0.02, 0.1), 4))
+    for t in np.linspace(-0.1, plan.end + 0.1, 301):
+        state = plan.centre.at(t)
+        assert np.allclose(plan.centre.motion(t), [*state.p, *state.v], rtol=0.0, atol=1e-12)

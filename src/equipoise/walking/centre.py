@@ -32,3 +32,10 @@ class CentrePath(ABC):
     @abstractmethod
     def at(self, t: float) -> CentreState:
         """Return where it is at time `t` [s]."""
+
+    def motion(self, t: float) -> tuple[float, float, float, float]:
+        """Return position [m] and velocity [m/s] at time `t` [s] as plain numbers: x, y, x', y'."""
+        state = self.at(t)
+        x, y = state.p.tolist()
+        vx, vy = state.v.tolist()
+        return x, y, vx, vy

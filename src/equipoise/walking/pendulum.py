@@ -98,13 +98,18 @@ class PendulumPath(CentrePath):
 
     def _solve(self, c: Array) -> None:
         grown, _ = self._backwards(self._zmp)
-        self._pieces = []
+        self._pieces, self._plain = [], []
         for powers, T, A in zip(self._zmp, self._durations, grown, strict=True):
             particular = self._particular(powers)
             decay = math.exp(-self.omega * T)
             B = c - value(particular, 0.0) - A * decay
             c = value(particular, T) + A + B * decay
             self._pieces.append((np.hstack((particular, derivative(particular), powers)), A, B))
+            # x and y in plain numbers, highest power first, which are read every tick
+            plain = [
+                (*particular[::-1, k].tolist(), float(A[k]), float(B[k])) for k in range(len(c))
+            ]
+            self._plain.append(plain)
 
     def _backwards(self, zmp: list[Array]) -> tuple[list[Array], Array]:
         """Return what grows (A) of each piece, and the bounded divergent component at the start."""
@@ -125,6 +130,22 @@ class PendulumPath(CentrePath):
             term = derivative(term, 2) / self.omega**2
             total += term
         return total
+
+    def motion(self, t: float) -> tuple[float, float, float, float]:
+        """Return position [m] and velocity [m/s] at time `t` [s] as plain numbers: x, y, x', y'."""
+        if t >= self.end:
+            return super().motion(t)
+        k = piece_at(self._starts, t)
+        s, T, omega = max(t - self._starts[k], 0.0), self._durations[k], self.omega
+        growth, decay = math.exp(omega * (s - T)), math.exp(-omega * s)
+        found = []
+        for a5, a4, a3, a2, a1, a0, A, B in self._plain[k]:
+            grows, decays = A * growth, B * decay
+            place = ((((a5 * s + a4) * s + a3) * s + a2) * s + a1) * s + a0
+            speed = (((5.0 * a5 * s + 4.0 * a4) * s + 3.0 * a3) * s + 2.0 * a2) * s + a1
+            found.append((place + grows + decays, speed + omega * (grows - decays)))
+        (x, vx), (y, vy) = found
+        return x, y, vx, vy
 
     def at(self, t: float) -> CentreState:
         """Return where it is at time `t` [s]; it rests before its start and behind its end."""

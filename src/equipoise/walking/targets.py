@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +11,8 @@ import pinocchio as pin
 from equipoise.spatial import Array, pose_row
 from equipoise.trajectories import PoseSample, PoseTrajectory
 from equipoise.trajectories.base import ROW
+
+Numbers = Sequence[float] | Array
 
 
 class LedPose(PoseTrajectory):
@@ -24,7 +27,7 @@ class LedPose(PoseTrajectory):
         self._row[:12] = pose_row(T_world_target)
         self._row[12:] = twist
 
-    def write_point(self, point: Array, velocity: Array) -> None:
+    def write_point(self, point: Numbers, velocity: Numbers) -> None:
         """Let the origin be at a point (3,) [m] and move with a velocity (3,) [m/s]."""
         self._row[9:12], self._row[12:15] = point, velocity
 

@@ -292,12 +292,10 @@ class Walker:
                 sample = self._aside.moved(sample)
             self.targets.soles[foot].write(sample.T_world_sole, rate * sample.twist)
             self._at_rest[foot] = path if s >= path.rests_from else None
-        centre = self.plan.centre.at(s)
+        x, y, vx, vy = self.plan.centre.motion(s)
         ground, rise = self.plan.ground.at(s)
-        height = self.planner.settings.height
-        self.targets.centre.write_point(
-            np.array([*centre.p, height + ground]), rate * np.array([*centre.v, rise])
-        )
+        z = self.planner.settings.height + ground
+        self.targets.centre.write_point((x, y, z), (rate * vx, rate * vy, rate * rise))
         heading, spin = self.plan.heading.at(s)
         self._last_heading = heading
         turned = (heading - self._heading, rate * spin)

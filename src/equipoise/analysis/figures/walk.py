@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 # colours of phases that nobody planned
 UNPLANNED = {Phase.TOUCHED: COLOURS[4], Phase.LATE: COLOURS[3], Phase.LOST: INK}
 SETTLED = 100  # ticks behind a touchdown at which a sole stands
+_BALANCE = ("walk/dcm_error", "walk/zmp_shift")
 _CHANNELS = ("walk/centre", "walk/zmp", "walk/dcm", "walk/carries", "com")
 
 
@@ -52,12 +53,15 @@ def walk_figure(context: RunContext) -> Figure | None:
     left = Area(area.left, 0.465 * area.right)
     right = Area(0.465 * area.right, area.right)
     _draw_from_above(axes_grid(figure, left, [SIDE], [Row(below=NAMED)])[0][0], context)
-    rows = [Row(below=RIM), Row(below=RIM), Row(below=RIM), Row(below=NAMED)]
+    balanced = context.has(*_BALANCE)
+    rows = [Row(below=RIM)] * (4 if balanced else 3) + [Row(below=NAMED)]
     column = [row[0] for row in axes_grid(figure, right, [SIDE], rows)]
     _draw_over_time(column[0], context, 0, "forward [m]")
     _draw_over_time(column[1], context, 1, "to the left [m]")
     _draw_loads(column[2], context)
-    _draw_phases(column[3], context)
+    if balanced:
+        _draw_balance(column[3], context)
+    _draw_phases(column[-1], context)
     for axes in column:
         label_time(axes, context.run.t)
     for axes in column[:-1]:
@@ -112,6 +116,19 @@ def _draw_over_time(axes: Axes, context: RunContext, column: int, name: str) -> 
         else:
             draw_curve(axes, context.run.t, y, color=colour, linestyle="-", label=label)
     axes.set_ylabel(name)
+
+
+def _draw_balance(axes: Axes, context: RunContext) -> None:
+    """Draw how far the divergent component is from its plan, and what leads it back."""
+    run = context.run
+    for k, (channel, name) in enumerate(zip(_BALANCE, ("error", "correction"), strict=True)):
+        for column, (axis, line) in enumerate((("forward", "-"), ("left", "--"))):
+            values = 1e3 * run[channel][:, column]
+            draw_curve(
+                axes, run.t, values, color=COLOURS[k], linestyle=line, label=f"{name}, {axis}"
+            )
+    axes.set_ylabel("DCM [mm]")
+    axes.legend(loc="upper left", ncols=2)
 
 
 def _draw_loads(axes: Axes, context: RunContext) -> None:

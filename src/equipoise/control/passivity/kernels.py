@@ -71,6 +71,7 @@ from equipoise.control.passivity.memory import (
     LAM_REF,
     LAYER_F,
     LAYER_P,
+    LIFTED,
     LOADS,
     MAPPING,
     MU,
@@ -124,6 +125,7 @@ from equipoise.kinematics.tree import base_size
 
 RUN, SATURATED, HELD = range(3)  # how a tick went
 
+NOISE_TIME = 0.005  # [s] of the low pass behind which torque and s_p are without noise
 NOISE_FADES = 0.003  # [s] in which the noise of the torque at a switch fades
 HELD_BACK = 0.9  # share of an integral's growth that stops while the targets wait for the robot
 
@@ -193,7 +195,7 @@ def law_tick(
         return HELD
     copy(u, before)
     tau, slow = vector(law, TAU), vector(law, TAU_SLOW)
-    gain = vector(law, GAINS)[OBSERVER] if flags[STARTED] else 1.0
+    gain = slowness(vector(law, GAINS)) if flags[STARTED] else 1.0
     for i in range(tau.shape[0]):
         slow[i] += gain * (tau[i] - slow[i])
     flags[STARTED], flags[SWITCHING], flags[RANK] = 1, 0, rank
@@ -246,8 +248,8 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
     slow = vector(law, S_SLOW)
     for i in range(nv):
         s_p = dv[i] + gains[ALPHA] * dq[i]
-        slow[i] += (gains[OBSERVER] if flags[STARTED] else 1.0) * (s_p - slow[i])
-    mapped = flags[MAPPING] != 0
+        slow[i] += (slowness(gains) if flags[STARTED] else 1.0) * (s_p - slow[i])
+    mapped, lifted = flags[MAPPING] != 0, flags[MAPPING] == LIFTED
     if not flags[STARTED] or mapped:
         clock[T_POSTURE] = t
         for i in range(nv):
@@ -263,13 +265,21 @@ def law_force(tree: Block, state: Block, law: Block, J: np.ndarray, t: float) ->
         extended_force(law, J, rank)
         map_supports(law, base_size(tree), t)
         rank = factorise_rows(law, J)
-        forget_noise(law, J, rank, t)
+        vector(law, SETTLES)[:] = 0.0
+        if lifted:
+            forget_noise(law, J, rank, t)
     write_posture(law, t - clock[T_POSTURE])
     extended_force(law, J, rank)
-    if mapped:
+    if lifted:
         keep_noise(law, base_size(tree))
     hand_over(law, t)
     return rank
+
+
+@compiled
+def slowness(gains: np.ndarray) -> float:
+    """Return the share of a tick by which what is without noise follows; all of it unfiltered."""
+    return max(gains[OBSERVER], gains[PERIOD] / (gains[PERIOD] + NOISE_TIME))
 
 
 @compiled

@@ -29,6 +29,8 @@ from equipoise.control.passivity.kernels import HELD, RUN, SATURATED, law_begin,
 from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold, Variants
 from equipoise.control.passivity.memory import (
     FLAG_COUNT,
+    LANDED,
+    LIFTED,
     MAPPING,
     STARTED,
     SWITCHING,
@@ -269,7 +271,8 @@ class PassivityController:
             self.force.memory[:] = 0.0
         flags = self.law.flags
         if mapped:
-            flags[MAPPING] = flags[STARTED]
+            fewer = len(_names(contacts, supporting=True)) < len(_names(before, supporting=True))
+            flags[MAPPING] = flags[STARTED] * (LIFTED if fewer else LANDED)
             self.law.found[:] = 0.0
             return
         flags[SWITCHING] = flags[STARTED]

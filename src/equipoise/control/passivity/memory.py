@@ -36,6 +36,7 @@ T_POSTURE, T_FORCE, T_HANDOVER, T_SUPPORTS = range(4)
 (STARTED, SWITCHING, HANDING_OVER, OBSERVING, ROW_COUNT, REGULATED_COUNT, SUPPORTING_COUNT,
  SUPPORT_COUNT, RANK, BOUNDED, WAITING, MAPPING, SPLIT) = range(13)  # fmt: skip
 FLAG_COUNT = 13
+LANDED, LIFTED = 1, 2  # which change of supports is mapped: none went, some did
 BY_MEASURE, BY_ZMP = range(2)  # how the load is split
 # what a copy of the memory consists of; J and lam are those of a contact that is lost next
 KEPT = ("J", "lam", "posture", "force", "u_before", "handover", "reaction", "lam_0", "found",

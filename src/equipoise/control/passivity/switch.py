@@ -1,8 +1,9 @@
 """Kernel of the map at a switch of supports: what the torque carried goes over to other contacts.
 
-`w` is what the torque must keep: `S^T tau` without its noise, plus `J_lost^T lam_lost` of lost
-contacts where the energy is to be kept. With `u_0` what the law would say with an empty integral,
-s+ and F+ solve
+`w` is what the torque must keep: `S^T tau`, plus `J_lost^T lam_lost` of lost contacts where the
+energy is to be kept. Where a contact goes the noise of tau is left out of it: it would stay in the
+integral. Where one comes that may be an impact, and all of it counts. With `u_0` what the law would
+say with an empty integral, s+ and F+ solve
 
     K_d s+ + J_r^T F+ = u_0 - w,    J s+ = 0,
 
@@ -31,6 +32,7 @@ from equipoise.control.passivity.memory import (
     K_IP,
     L_FACTOR,
     LAM,
+    LIFTED,
     MAPPING,
     OBSERVING,
     PIVOTS,
@@ -42,6 +44,7 @@ from equipoise.control.passivity.memory import (
     SUPPORTING_COUNT,
     SWITCHING,
     T_SUPPORTS,
+    TAU,
     TAU_SLOW,
     U_BEFORE,
     UNROOT,
@@ -66,7 +69,9 @@ def map_supports(law: Block, base: int, t: float) -> None:
     reflectors, pivots = leading_rows(law, REFLECTORS, r), leading_whole(law, PIVOTS, r)
     unroot = matrix(law, UNROOT)
     rank = factorise_in_metric(J, unroot, L, reflectors, pivots, RANK_TOLERANCE)
-    u, tau, before = vector(law, U), vector(law, TAU_SLOW), vector(law, U_BEFORE)
+    u, tau, before = vector(law, U), vector(law, TAU), vector(law, U_BEFORE)
+    if flags[MAPPING] == LIFTED:
+        tau = vector(law, TAU_SLOW)
     carried, integral = vector(law, CARRIED), matrix(law, POSTURE)[INTEGRAL]
     nv = u.shape[0]
     for i in range(nv):

@@ -132,7 +132,8 @@ class Walker:
             name: led.at(0.0).T_world_target.rotation for name, led in self.targets.upright.items()
         }
         self._last_heading = self._heading
-        self._start = self._place(self.clock.t)
+        centre, ground = self.plan.centre.at(self.clock.t), self.plan.ground.at(self.clock.t)
+        self._start = np.array([*centre.p, ground[0]])
         # what was written last and is still true: paths at their end, heading and its rate
         self._at_rest: list[FootPath | None] = [None, None]
         self._turned = (math.nan, math.nan)
@@ -300,7 +301,8 @@ class Walker:
         self._last_heading = heading
         turned = (heading - self._heading, rate * spin)
         if self.targets.carrier is not None:
-            self._carry(self.targets.carrier, s, *turned)
+            place, speed = np.array([x, y, ground]), rate * np.array([vx, vy, rise])
+            self._carry(self.targets.carrier, place, speed, turned)
         if turned == self._turned:
             return
         self._turned = turned
@@ -309,17 +311,17 @@ class Walker:
         for name, led in self.targets.upright.items():
             led.write_heading(turn @ self._upright[name], turned[1])
 
-    def _place(self, s: float) -> Array:
-        """Return the planned centre of mass (3,) [m] on the ground."""
-        return np.array([*self.plan.centre.at(s).p, self.plan.ground.at(s)[0]])
+    def _carry(
+        self, carrier: LedPose, place: Array, speed: Array, turned: tuple[float, float]
+    ) -> None:
+        """Lead what is carried from where it was at the start to where the walk is now.
 
-    def _carry(self, carrier: LedPose, s: float, turn: float, spin: float) -> None:
-        """Lead what is carried from where it was at the start to where the walk is now."""
-        c, sn, rate = math.cos(turn), math.sin(turn), self.clock.rate
-        R = np.array([[c, -sn, 0.0], [sn, c, 0.0], [0.0, 0.0, 1.0]])
-        from_start = R @ self._start
-        x, y, _ = from_start
-        speed = [*self.plan.centre.at(s).v, self.plan.ground.at(s)[1]]
-        v = rate * np.array(speed) - spin * np.array([-y, x, 0.0])
-        T = pin.SE3(R, self._place(s) - from_start)
-        carrier.write(T, np.array([*v, 0.0, 0.0, spin]))
+        `place` (3,) [m] of the centre of mass on the ground, its `speed` [m/s]; by how much the
+        heading has `turned` [rad], and its rate.
+        """
+        (turn, spin), (x, y, z) = turned, self._start
+        c, sn = math.cos(turn), math.sin(turn)
+        from_start = np.array([c * x - sn * y, sn * x + c * y, z])
+        sweep = spin * np.array([-from_start[1], from_start[0], 0.0])
+        carrier.write_heading(np.array([[c, -sn, 0.0], [sn, c, 0.0], [0.0, 0.0, 1.0]]), spin)
+        carrier.write_point(place - from_start, speed - sweep)

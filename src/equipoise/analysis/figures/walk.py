@@ -143,6 +143,8 @@ def _draw_loads(axes: Axes, context: RunContext) -> None:
 def _draw_phases(axes: Axes, context: RunContext) -> None:
     """Draw when each foot carries, as bars, and inside them what nobody planned of it."""
     t, carries = context.run.t, context.run["walk/carries"]
+    axes.set_yticks([])
+    axes.set_ylim(-0.5, 1.7)
     for row, name in enumerate(("left", "right")):
         on = np.concatenate(([0.0], carries[:, row], [0.0]))
         starts, ends = np.flatnonzero(np.diff(on) > 0.0), np.flatnonzero(np.diff(on) < 0.0) - 1
@@ -150,8 +152,6 @@ def _draw_phases(axes: Axes, context: RunContext) -> None:
         axes.broken_barh(bars, (row - 0.3, 0.6), color=COLOURS[row])
         _draw_unplanned(axes, context, row)
         axes.text(t[0], row + 0.34, f" {name} foot carries", color=SOFT, fontsize="small")
-    axes.set_yticks([])
-    axes.set_ylim(-0.5, 1.7)
     axes.set_ylabel("supports", color=INK)
     axes.grid(visible=True, axis="x", color=FAINT)
 
@@ -171,4 +171,5 @@ def _draw_unplanned(axes: Axes, context: RunContext, row: int) -> None:
         label = None if phase.name.lower() in known else phase.name.lower()
         axes.broken_barh(bars, (row - 0.14, 0.28), color=colour, label=label)
     if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="upper right")
+        axes.set_ylim(top=2.1)  # room for the words
+        axes.legend(loc="upper right", ncols=3)

@@ -146,7 +146,7 @@ def build_walk(scenario: schema.Scenario, setup: Setup) -> WalkSetup | None:
         (LedPose(stance[LEFT]), LedPose(stance[RIGHT])),
         LedPose(centre),
         {frame: LedPose(kin.placement(frame)) for frame in _trunk(robot)},
-        setup.carrier,
+        setup.carrier if _carries(scenario) else None,
     )
     return WalkSetup(spec, planner, plan, targets, (left.name, right.name), robot.mass * GRAVITY)
 
@@ -180,6 +180,12 @@ def footsteps(spec: schema.WalkSpec, feet: Feet, stance: Stance) -> list[Footste
         Footstep(FEET[one.foot], level_pose(*to_vector(one.xyz), one.yaw))
         for one in spec.steps or ()
     ]
+
+
+def _carries(scenario: schema.Scenario) -> bool:
+    """Return whether anything goes along with the walk."""
+    frames = (spec for spec in scenario.tasks.values() if isinstance(spec, schema.AlongSpec))
+    return any(one.carried for one in (*scenario.world.objects.values(), *frames))
 
 
 def _trunk(robot: Robot) -> list[str]:

@@ -16,7 +16,7 @@ import equipoise
 
 ROOT = Path(equipoise.__file__).parent
 
-KINEMATIC = {"errors", "bounded_yaml", "compiled", "spatial", "robots", "kinematics"}
+KINEMATIC = {"errors", "optional", "bounded_yaml", "compiled", "spatial", "robots", "kinematics"}
 CONTROL = {
     *(*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "tasks", "motion", "control"),
     "renamed",
@@ -26,6 +26,7 @@ BUILT = {*CONTROL, "walking", "wbc", "physics", "scenarios", "runlog", "wire", "
 # room: rooms it may import (itself is always allowed); what stands for itself is listed as a file
 BELOW = {
     "errors": set(),
+    "optional": {"errors"},
     "renamed": set(),
     "distances": {"renamed"},
     "world": {"renamed"},
@@ -33,12 +34,12 @@ BELOW = {
     "compiled": {"errors"},
     "runlog": {"errors"},
     "spatial": {"errors", "compiled"},
-    "robots": {"errors", "bounded_yaml", "spatial", "kinematics"},
+    "robots": {"errors", "optional", "bounded_yaml", "spatial", "kinematics"},
     "kinematics": {"errors", "compiled", "spatial"},
     "trajectories": {"errors", "compiled", "spatial"},
     "collision": KINEMATIC,
     "contacts": {*KINEMATIC, "trajectories"},
-    "hqp": {"errors", "compiled"},
+    "hqp": {"errors", "optional", "compiled"},
     "tasks": {*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "renamed"},
     "motion": {*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "tasks"},
     "walking": {*KINEMATIC, "trajectories", "contacts"},

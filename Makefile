@@ -41,7 +41,7 @@ $(VENV)/bin/python:
 
 $(VENV)/installed: pyproject.toml $(VENV)/bin/python
 	@echo "Installing Equipoise into $(VENV) (about a minute, 1 GB) ..."
-	@$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[viewer]'
+	@$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[viewer,plot]'
 	@touch $@
 
 $(VENV)/installed-dev: pyproject.toml $(VENV)/installed

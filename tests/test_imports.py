@@ -16,7 +16,16 @@ import equipoise
 
 ROOT = Path(equipoise.__file__).parent
 
-KINEMATIC = {"errors", "given", "bounded_yaml", "compiled", "spatial", "robots", "kinematics"}
+KINEMATIC = {
+    "errors",
+    "given",
+    "optional",
+    "bounded_yaml",
+    "compiled",
+    "spatial",
+    "robots",
+    "kinematics",
+}
 CONTROL = {
     *(*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "tasks", "motion", "control"),
     "renamed",
@@ -27,6 +36,7 @@ BUILT = {*CONTROL, "walking", "wbc", "physics", "scenarios", "runlog", "wire", "
 BELOW = {
     "errors": set(),
     "given": {"errors"},
+    "optional": {"errors"},
     "renamed": set(),
     "distances": {"renamed"},
     "world": {"renamed"},
@@ -34,12 +44,12 @@ BELOW = {
     "compiled": {"errors"},
     "runlog": {"errors"},
     "spatial": {"errors", "compiled"},
-    "robots": {"errors", "given", "bounded_yaml", "spatial", "kinematics"},
+    "robots": {"errors", "given", "optional", "bounded_yaml", "spatial", "kinematics"},
     "kinematics": {"errors", "compiled", "spatial"},
     "trajectories": {"errors", "compiled", "spatial"},
     "collision": KINEMATIC,
     "contacts": {*KINEMATIC, "trajectories"},
-    "hqp": {"errors", "compiled"},
+    "hqp": {"errors", "optional", "compiled"},
     "tasks": {*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "renamed"},
     "motion": {*KINEMATIC, "collision", "trajectories", "contacts", "hqp", "tasks"},
     "walking": {*KINEMATIC, "trajectories", "contacts"},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -17,7 +18,8 @@ from equipoise.analysis.metrics.verdict import (
 )
 from equipoise.analysis.run_context import RunContext
 from equipoise.compiled import COST, watch_compilation
-from equipoise.errors import ScenarioError
+from equipoise.errors import AdviceWarning, ScenarioError
+from equipoise.optional import is_installed
 from equipoise.runlog import Run, load_run, new_run_folder, read_summary, write_summary
 from equipoise.runlog.folders import check_place
 from equipoise.scenarios import Scenario, read_scenario
@@ -30,6 +32,10 @@ from equipoise.simulation.simulation import Simulation
 
 RUNS = Path("runs")
 Report = Callable[[str, float | None], None]
+NO_FIGURES = (
+    "no figures were drawn: matplotlib is not installed (pip install 'equipoise[plot]'; "
+    "equipoise plot RUN draws them later)"
+)
 COMPILING = f"compiling, once, {COST}"
 
 
@@ -137,6 +143,9 @@ def _draw(context: RunContext, say: Report) -> None:
     say("drawing", 0.0)
     if context.drawable:
         add_pictures(context)
+    if not is_installed("matplotlib"):
+        warnings.warn(NO_FIGURES, AdviceWarning, stacklevel=4)
+        return
     draw_figures(context, context.run.folder / "figures", lambda share: say("drawing", share))
 
 

@@ -272,6 +272,9 @@ def control(
 def plot(run_folder: Path) -> None:
     """Draw the figures of RUN again, from its log."""
     from equipoise.analysis.figures.make import make_figures
+    from equipoise.optional import require_package
+
+    require_package("matplotlib", "plot", "a figure")
     from equipoise.runlog import load_run
 
     loaded = load_run(run_folder)

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import InputError
+from equipoise.optional import require_package
 from equipoise.spatial import Array
 
 # kinds of cores; a sphere is a segment without length
@@ -72,6 +73,7 @@ def corners_of(geometry: coal.CollisionGeometry) -> Array | None:
         return None
     if len(points) < 5:
         return points
+    require_package("scipy", "scipy", "the hull of a mesh")
     from scipy.spatial import ConvexHull, QhullError
 
     try:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from equipoise.hqp.hierarchy import Hierarchy
+from equipoise.optional import require_package
 
 RANK_TOLERANCE = 1e-11
 NEARLY_DEPENDENT = 1e-8  # below it balancing the rest would shift the multipliers, not mend them
@@ -250,6 +251,7 @@ def _non_negative(columns: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Return x >= 0 that brings `columns` [n, k] x nearest to `target` [n]."""
     if not columns.size or not target.any():
         return np.zeros(columns.shape[1])
+    require_package("scipy", "scipy", "a certificate")
     from scipy.optimize import lsq_linear, nnls
 
     size = float(np.linalg.norm(target))

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import RobotFileError
+from equipoise.optional import require_package
 from equipoise.spatial import Array
 
 THINNEST = 1e-4  # [m] a hull is made this thick where its mesh has no extent
@@ -70,6 +71,7 @@ def _with_extent(points: Array) -> Array:
 
 def _hull(points: Array) -> tuple[Array, float]:
     """Return the corners (k, 3) of the convex hull and its volume."""
+    require_package("scipy", "scipy", "the hull of a mesh")
     from scipy.spatial import ConvexHull, QhullError
 
     try:

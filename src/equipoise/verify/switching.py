@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-import scipy.linalg
 from numpy.typing import ArrayLike
 
 from equipoise.contacts import ContactStack, SoleContact
@@ -20,6 +19,7 @@ from equipoise.control import (
     Reference,
     SignFunction,
 )
+from equipoise.control.passivity.gain_advice import eigenvalues, null_space
 from equipoise.physics import RigidContactEngine
 from equipoise.spatial import Array
 from equipoise.verify.error_dynamics import inertia
@@ -156,7 +156,7 @@ def _energies(loss: Loss) -> tuple[float, float]:
 
     With K_d = kappa H the robot sets off as H a = -K_d s~ on the contact that is left.
     """
-    Z = scipy.linalg.null_space(loss.J[:6])
+    Z = null_space(loss.J[:6])
     JZ = loss.J[6:] @ Z
     W = JZ @ np.linalg.solve(Z.T @ loss.H @ Z, JZ.T)
     lam = loss.lam[6:]
@@ -205,13 +205,13 @@ def _touchdown(evidence: Evidence) -> Measured:
     soles = [SoleContact.standing(sole, kin) for sole in robot.soles]
     one, both = ContactStack(soles[:1]), ContactStack(soles)
     ratios, H = [], inertia(robot, q)
-    Z = scipy.linalg.null_space(one.jacobian(kin))
+    Z = null_space(one.jacobian(kin))
     for projector in PROJECTORS:
         law = _law(evidence, both, inertia(robot, robot.q_half_sitting), projector)
         P = np.column_stack([_mapped(law, one, both, q, column) for column in Z.T])
-        ratios.append(scipy.linalg.eigh(P.T @ H @ P, Z.T @ H @ Z, eigvals_only=True)[-1])
+        ratios.append(eigenvalues(P.T @ H @ P, Z.T @ H @ Z)[-1])
     Q = np.eye(robot.nv) - np.linalg.pinv(both.jacobian(kin)) @ both.jacobian(kin)
-    printed = scipy.linalg.eigh((Q @ Z).T @ H @ (Q @ Z), Z.T @ H @ Z, eigvals_only=True)[-1]
+    printed = eigenvalues((Q @ Z).T @ H @ (Q @ Z), Z.T @ H @ Z)[-1]
     note = f"K_d = kappa H of half-sitting, a step of 0.2 m; by Q_phi it would be {printed:.0f}"
     return Measured(float(max(ratios)), note)
 

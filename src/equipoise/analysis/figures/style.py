@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ParamSpec, TypedDict, TypeVar, Unpack
 
 import numpy as np
 
+from equipoise.optional import require_package
 from equipoise.spatial import Array
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(draw)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
+        require_package("matplotlib", "plot", "a figure")
         from matplotlib import rc_context
 
         with rc_context(_RC):
@@ -89,6 +91,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
 def new_figure(width: float, height: float, title: str = "") -> Figure:
     """Return an empty figure of that size [inch] with a title at its upper left."""
+    require_package("matplotlib", "plot", "a figure")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from equipoise.analysis.rendering.run_pictures import MEASURED, WANTED
+from equipoise.optional import require_package
 
 INK, HALO = (45, 50, 58), (232, 237, 242)
 SHARE = 0.030  # of a picture's height that a line of text takes
@@ -18,6 +19,8 @@ def write_caption(image: np.ndarray, left: str, right: str = "", *, arrows: bool
 
     `arrows` adds what their colours mean.
     """
+    require_package("PIL", "plot", "a caption")
+    require_package("matplotlib", "plot", "the font of a caption")
     from PIL import Image, ImageDraw
 
     height, width, _ = image.shape

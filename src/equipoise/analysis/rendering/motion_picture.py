@@ -14,6 +14,7 @@ from equipoise.analysis.rendering.render import OUTDOORS, Renderer
 from equipoise.analysis.rendering.scene_meshes import SceneMeshes
 from equipoise.collision.scene import Body, Scene
 from equipoise.errors import InputError
+from equipoise.optional import require_package
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 
@@ -36,6 +37,7 @@ def write_motion(
     `bodies` stand or are held around the robot; one camera sees all of it.
     Raises: InputError for configurations that are none, or another kind of file.
     """
+    require_package("PIL", "plot", "a motion picture")
     from PIL import Image
 
     path = Path(path)

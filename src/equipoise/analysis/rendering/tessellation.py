@@ -10,6 +10,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from equipoise.optional import require_package
 from equipoise.spatial import Array, Indices
 
 SEGMENTS = 24
@@ -127,6 +128,7 @@ def _revolved(profiles: Sequence[Array], segments: int) -> Mesh:
 
 
 def _hull(shape: coal.ConvexBase, segments: int) -> Mesh | None:
+    require_package("scipy", "scipy", "the picture of a hull")
     from scipy.spatial import ConvexHull
 
     if not hasattr(shape, "points"):

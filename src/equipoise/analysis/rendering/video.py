@@ -14,6 +14,7 @@ from equipoise.analysis.rendering.run_pictures import RunPictures
 from equipoise.analysis.rendering.shots import Shot, shot
 from equipoise.analysis.run_context import RunContext
 from equipoise.errors import EquipoiseError, InputError
+from equipoise.optional import require_package
 from equipoise.runlog import Run
 
 SMALLEST, LARGEST = 64, 4096  # [pixels]
@@ -100,6 +101,7 @@ def write_still(
 
     Raises: `InputError` if a run cannot be shown or the file not be written.
     """
+    require_package("PIL", "plot", "a still")
     from PIL import Image
 
     if path.suffix.lower() != ".png" or path.is_dir():

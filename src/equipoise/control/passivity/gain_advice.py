@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 
 from equipoise.contacts import ContactStack
 from equipoise.contacts.stack import StackedContacts
@@ -84,7 +83,7 @@ def advise_gains(
     motors = range(robot.nv_base, robot.nv)
     M[motors, motors] += rotors
     stacked = contacts.at(robot.at(q_0))
-    Z = scipy.linalg.null_space(stacked.J_phi) if contacts.size else np.eye(robot.nv)
+    Z = null_space(stacked.J_phi) if contacts.size else np.eye(robot.nv)
     M_tangent = Z.T @ M @ Z
     diagonal = np.diag(np.diag(M))
     ratio = _largest(Z.T @ diagonal @ Z, M_tangent)
@@ -128,7 +127,7 @@ def advise_for_postures(
     if kappa is not None:
         positive("kappa", kappa, "1/s")
     stacked = contacts.at(robot.at(q_0))
-    Z = scipy.linalg.null_space(stacked.J_phi) if contacts.size else np.eye(robot.nv)
+    Z = null_space(stacked.J_phi) if contacts.size else np.eye(robot.nv)
     motors = range(robot.nv_base, robot.nv)
     inertias = [inertia_matrix(robot, q) for q in random_postures(robot, q_0, _POSTURES, seed=0)]
     for M in inertias:
@@ -255,4 +254,18 @@ def handed_over(J_r: Array, base: int) -> Array:
 
 
 def _largest(K: Array, M: Array) -> float:
-    return float(scipy.linalg.eigh(K, M, eigvals_only=True)[-1])
+    return float(eigenvalues(K, M)[-1])
+
+
+def eigenvalues(K: Array, M: Array) -> Array:
+    """Return, ascending, the eigenvalues (n,) of `K x = lambda M x`; M is positive definite."""
+    L = np.linalg.cholesky(M)
+    half = np.linalg.solve(L, K)
+    return np.linalg.eigvalsh(np.linalg.solve(L, half.T))
+
+
+def null_space(J: Array) -> Array:
+    """Return an orthonormal basis (n, k) of what the rows of `J` (m, n) do not see."""
+    _, s, right = np.linalg.svd(J, full_matrices=True)
+    rank = int((s > s[0] * max(J.shape) * np.finfo(float).eps).sum()) if len(s) else 0
+    return right[rank:].T

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
 
 from equipoise.compiled import entrance
 from equipoise.contacts.stack import RANK_TOLERANCE
@@ -68,7 +67,7 @@ def unroot_of(K: Array) -> Array:
     Source: Featherstone 2005, "Efficient factorization of the joint-space inertia matrix".
     """
     U = np.linalg.cholesky(K[::-1, ::-1])[::-1, ::-1]
-    inverse: Array = scipy.linalg.solve_triangular(U, np.eye(len(U)), lower=False)
+    inverse: Array = np.triu(np.linalg.inv(U))
     return np.ascontiguousarray(inverse.T)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
 
 from equipoise.contacts import ContactStack
 from equipoise.control.base_wrench.foot_bounds import ReactionBounds, bounds_of, require_feet
@@ -27,8 +26,12 @@ class Floor:
         rows = [bounds_of(foot, bounds or ReactionBounds()) for foot in feet]
         self.size = sum(foot.size for foot in feet)
         self.costs = np.concatenate([np.zeros(0), *(sum(foot.reaction_costs()) for foot in feet)])
-        blocks = scipy.linalg.block_diag(*(part.A for part in rows))
-        self.A = blocks if rows else np.zeros((0, 0))
+        self.A = np.zeros((sum(len(part.A) for part in rows), self.size))
+        row = column = 0
+        for part in rows:
+            k, n = part.A.shape
+            self.A[row : row + k, column : column + n] = part.A
+            row, column = row + k, column + n
         self.b = np.concatenate([np.zeros(0), *(part.b for part in rows)])
 
     def least(self, wrench: Array, J_base: Array) -> Array:

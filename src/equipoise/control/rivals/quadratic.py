@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import daqp
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
+from equipoise.optional import require_package
 from equipoise.spatial import Array
 
 RANK = 1e-10  # of the largest pivot, below which an equality repeats others
@@ -70,6 +70,9 @@ def _eliminated(E: Array, e: Array) -> tuple[Array, Array]:
     """Return the least y (n,) with `E y = e`, and orthonormal columns that E does not see."""
     if not len(E):
         return np.zeros(E.shape[1]), np.eye(E.shape[1])
+    require_package("scipy", "scipy", "a rival controller")
+    import scipy.linalg
+
     Q, R, order = scipy.linalg.qr(E.T, pivoting=True, check_finite=False)
     pivots = np.abs(np.diag(R))
     rank = int((pivots > RANK * pivots[0]).sum())

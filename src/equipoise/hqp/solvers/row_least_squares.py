@@ -10,7 +10,6 @@ Source: Peters and Wilkinson (1970).
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 DEPENDENT = 1e-8
 MET_TOLERANCE = 1e-8
@@ -29,18 +28,18 @@ def solve_rows(
     others = np.setdiff1d(np.arange(len(M)), first)
     w, rounding = np.zeros(len(M)), np.zeros(len(M))
     L1, L2 = M[first] @ Q.T, M[others] @ Q.T
-    y = solve_triangular(L1, target[first], lower=True) if len(first) else np.zeros(0)
+    y = forward(L1, target[first]) if len(first) else np.zeros(0)
     size = max(size, float(np.linalg.norm(y)))
     w[others] = L2 @ y - target[others]
     if (np.abs(w) <= MET_TOLERANCE * norms * size).all():
         return Q.T @ y, np.zeros(len(M)), rounding
     if len(first):
-        inverse = solve_triangular(L1, np.eye(len(first)), lower=True)
+        inverse = forward(L1, np.eye(len(first)))
         T = L2 @ inverse
         w1 = np.linalg.solve(np.eye(len(first)) + T.T @ T, -T.T @ w[others])
         w[others] += T @ w1
         w[first] = -T.T @ w[others]
-        y = solve_triangular(L1, target[first] + w[first], lower=True)
+        y = forward(L1, target[first] + w[first])
         pulled = ROUNDING * float(norms[others] @ np.abs(w[others]))
         rounding[first] = pulled * np.linalg.norm(inverse, axis=0)
         of_rows = ROUNDING * norms[first] * size + rounding[first]
@@ -48,6 +47,14 @@ def solve_rows(
         rounding[others] += ROUNDING * norms[others] * size
         rounding[first] += np.abs(T).T @ rounding[others]
     return Q.T @ y, w, rounding
+
+
+def forward(L: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return x with `L x = b`, L lower triangular, row after row: each to its own length."""
+    x = np.array(b, dtype=float)
+    for i in range(len(L)):
+        x[i] = (x[i] - L[i, :i] @ x[:i]) / L[i, i]
+    return x
 
 
 def _independent(M: np.ndarray, norms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

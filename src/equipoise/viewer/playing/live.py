@@ -136,17 +136,17 @@ class LiveSession(PlaySession):
         """Say what stops the hands that are short, and which motors give all that they can."""
         with self._lock:
             robot, model = self.robot, self.robot.model
-            spent = [robot.joint_names[i] for i in np.flatnonzero(self._spent())]
+            spent = [robot.joint_names[i] for i in self._spent()]
             told = tuple(f"The motor of {name} gives all that it can." for name in spent)
             joints = tuple(int(model.getJointId(name)) for name in spent)
             return joined([super().reason(), Reason(told, joints)])
 
-    def _spent(self) -> Array:
-        """Return which joints (na,) are behind their reference with all the torque they have."""
+    def _spent(self) -> list[int]:
+        """Return the joints that are behind their reference with all the torque they have."""
         if self._command is None:
-            return np.zeros(self.robot.na, dtype=bool)
+            return []
         full = np.abs(self._command.tau) > FULL * self.robot.tau_max
-        return full & (self._lag() > LAG)
+        return [int(i) for i in np.flatnonzero(full & (self._lag() > LAG))]
 
     def _lag(self) -> Array:
         """Return how far (na,) [rad or m] the joints are from their reference."""

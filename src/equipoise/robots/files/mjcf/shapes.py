@@ -8,6 +8,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from equipoise.optional import require_package
 from equipoise.robots.files.finding import WARNING, Finding
 from equipoise.robots.files.mjcf.compiled import body_name, pose_of
 from equipoise.robots.files.mjcf.tree import Tree
@@ -100,6 +101,7 @@ def _mesh(points: np.ndarray, faces: np.ndarray) -> Any:
 
 def _ellipsoid(half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return corners (k, 3) and triangles of an ellipsoid: a sphere's, stretched."""
+    require_package("scipy", "scipy", "the hull of a mesh")
     from scipy.spatial import ConvexHull
 
     rings, around = 12, 24

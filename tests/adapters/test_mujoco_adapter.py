@@ -13,7 +13,7 @@ from equipoise.adapters import MujocoAdapter
 from equipoise.contacts import ContactStack, GraspContact, PointContact, SoleContact, SurfaceContact
 from equipoise.contacts.surfaces import Plane
 from equipoise.errors import InputError, NameNotFoundError
-from equipoise.robots import get_robot, named_robots
+from equipoise.robots import get_robot, load_robot, named_robots
 from fixed_arm import arm_in_mujoco, small_arm
 from helpers import kinematics, random_state
 
@@ -214,3 +214,13 @@ def test_a_fixed_arm_stands_in_a_loop_of_mujoco():
         world.apply(data, command.tau)
         mujoco.mj_step(model, data)
     assert np.abs(q - arm.q_half_sitting).max() < 1e-4
+
+
+def test_an_armature_that_the_robot_has_is_not_counted_twice(tmp_path):
+    """One description for both: the inertia matrix holds the rotors already."""
+    text = arm_in_mujoco().replace('axis="0 0 1"/>', 'axis="0 0 1" armature="0.02"/>', 1)
+    path = tmp_path / "arm.xml"
+    path.write_text(text)
+    model = mujoco.MjModel.from_xml_string(text)
+    assert MujocoAdapter(small_arm(), model).rotor_inertia == pytest.approx([0.02, 0.0, 0.0])
+    assert MujocoAdapter(load_robot(path), model).rotor_inertia == pytest.approx([0.0] * 3)

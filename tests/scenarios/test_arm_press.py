@@ -11,6 +11,7 @@ from equipoise import run_scenario
 from equipoise.robots import get_robot, named_robots
 from equipoise.robots.measures import measure
 from equipoise.scenarios import read_scenario
+from equipoise.simulation.build.setup import to_waypoints
 
 ROBOTS = ("panda", "ur5")
 
@@ -59,3 +60,51 @@ def test_a_panda_has_one_coordinate_for_its_two_fingers() -> None:
     for finger, side in (("panda_leftfinger", 1.0), ("panda_rightfinger", -1.0)):
         moved = hand.T @ (after.placement(finger).translation - kin.placement(finger).translation)
         assert moved == pytest.approx([0.0, side * 0.02, 0.0], abs=1e-12)
+
+
+TASKS = """
+name: try
+robot: panda
+duration: 1.2
+tasks:
+  limits: {kind: joint_limits, priority: 1}
+  tip:
+    kind: frame_axes
+    frame: palm_skin
+    priority: 2
+    waypoints: [{t: 0.1, xyz: [0.5, 0.0, 0.40]}, {t: 0.9, xyz: [0.5, 0.1, 0.35]}]
+  wrist:
+    kind: joint_coupling
+    priority: 3
+    joints: {panda_joint5: 1.0, panda_joint7: -0.5}
+    value: -0.35
+  late:
+    kind: frame_axes
+    frame: palm_skin
+    priority: 2
+    window: [5.0, 9.0]
+    waypoints: [{t: 0.0, xyz: [9, 9, 9]}]
+  posture: {kind: posture, rate: 1.0, priority: 4}
+control: {start: standing}
+acceptance: {after: 0.5, limits: {task_position_error: {max: 0.001}, task_angle_error: {max: 0.5}}}
+"""
+
+
+def test_errors_of_everyday_tasks_are_metrics(tmp_path: Path) -> None:
+    """From the log of q alone; a task that is not there yet does not count."""
+    (tmp_path / "try.yaml").write_text(TASKS)
+    finished = run_scenario(str(tmp_path / "try.yaml"), out=tmp_path / "run", figures=False)
+    values = {name: row["value"] for name, row in finished.metrics.items()}
+    assert finished.summary["passed"], values
+    robot = get_robot("panda")
+    spec = read_scenario(str(tmp_path / "try.yaml")).tasks["tip"]
+    way = to_waypoints(spec.waypoints)
+    far, turned = [], []
+    for k in np.flatnonzero(finished.t >= 0.5)[::10]:
+        q = finished["q"][k]
+        there = way.at(float(finished.t[k])).T_world_target.translation
+        far.append(np.linalg.norm(robot.at(q).placement("palm_skin").translation - there))
+        a, b = (q[robot.joint_index(f"panda_joint{i}")] for i in (5, 7))
+        turned.append(abs(-0.35 - a + 0.5 * b))
+    assert values["task_position_error"] == pytest.approx(max(far), rel=1e-9)
+    assert values["task_angle_error"] == pytest.approx(max(turned), rel=1e-9)

@@ -44,7 +44,8 @@ class MujocoAdapter:
     Joints are found by name, `prefix` before it; other joints of the model are left alone. Both
     models are compared once: joint for joint, the axis must lie where ours does. A fixed base may
     stand anywhere in MuJoCo's world; contacts are then told in the robot's own.
-    `rotor_inertia` (na,) [kg m^2] is the armature of the joints, for `LoopSettings`.
+    `rotor_inertia` (na,) [kg m^2] is the armature that the joints have there and the robot does not
+    know of, for `LoopSettings`: none for a robot that was read from an MJCF with it.
     Raises: `InputError` for what cannot be the same robot, and for joints without a plain motor;
     `NameNotFoundError` for a joint that MuJoCo does not have.
     """
@@ -60,7 +61,8 @@ class MujocoAdapter:
         self._T_theirs_ours = fit_of(robot, model, whole, self._base)
         self._followers = self._places_of_followers(whole)
         self._motors = Motors(robot, model, joints)
-        self.rotor_inertia = np.array(model.dof_armature[self._dofs], dtype=float)
+        own = np.asarray(robot.model.armature)[robot.nv_base :]
+        self.rotor_inertia = np.maximum(model.dof_armature[self._dofs] - own, 0.0)
         # the bodies of a link, welded together, by Pinocchio's number of its joint
         self._links = [0, *([0] if robot.nv_base else []), *model.jnt_bodyid[whole]]
         if robot.nv_base:

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from equipoise.analysis.metrics import balance, ending, forces, limits, objects, tracking, walking
+from equipoise.analysis.metrics import (
+    balance,
+    ending,
+    forces,
+    limits,
+    objects,
+    tasks,
+    tracking,
+    walking,
+)
 from equipoise.analysis.metrics.base import Found, Metric
 from equipoise.analysis.run_context import RunContext
 
 METRICS: dict[str, Metric] = {
     metric.name: metric
-    for family in (ending, tracking, forces, limits, balance, objects, walking)
+    for family in (ending, tracking, tasks, forces, limits, balance, objects, walking)
     for metric in family.METRICS
 }
 # names of version 0.1 that scenario files may still use

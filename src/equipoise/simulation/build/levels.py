@@ -68,7 +68,7 @@ def build_levels(
 
     Where the robot walks, level 0 has the tasks of its feet in place of their contacts.
     """
-    tasks = {name: _build(name, spec, scenario, setup) for name, spec in _enabled(scenario)}
+    tasks = {name: build_task(name, spec, scenario, setup) for name, spec in _enabled(scenario)}
     contacts = contact_tasks(scenario, setup, supports=walk is None)
     if walk is None:
         return _by_priority(scenario, contacts, tasks)
@@ -106,11 +106,11 @@ def build_start_levels(
         if name in fades and fades[name].weight(0.0) == 0.0:
             continue
         if isinstance(spec, schema.HandOnObjectSpec | schema.FramePathSpec):
-            followed = _build(name, spec, scenario, setup)
+            followed = build_task(name, spec, scenario, setup)
             assert isinstance(followed, FramePoseTask)
             tasks[name] = _approach(followed, setup)
         else:
-            tasks[name] = _build(name, spec, scenario, setup)
+            tasks[name] = build_task(name, spec, scenario, setup)
     held = setup.reference_schedule.at(0.0) if with_avoidance else setup.soles
     contacts = ContactTask("contacts", held, rate=scenario.control.contact_rate)
     more = []
@@ -136,7 +136,8 @@ def _by_priority(
     return levels
 
 
-def _build(name: str, spec: Any, scenario: schema.Scenario, setup: Setup) -> Task:
+def build_task(name: str, spec: Any, scenario: schema.Scenario, setup: Setup) -> Task:
+    """Return the task of a section."""
     return _BUILDERS[type(spec)](name, spec, scenario, setup).weighing(spec.weight)
 
 

@@ -18,7 +18,7 @@ from equipoise.spatial.numbers import not_negative
 from equipoise.walking.feet import LEFT
 from equipoise.walking.swing import FootSample
 
-QUICK = 25.0  # [1/s] rate of the critically damped lag with which a foot goes aside
+QUICK = 12.0  # [1/s] rate of the critically damped lag with which a foot goes aside
 SOON = 0.05  # [s] before a touchdown from which on a foot is not led elsewhere any more
 
 

@@ -122,11 +122,9 @@ def _draw_balance(axes: Axes, context: RunContext) -> None:
     """Draw how far the divergent component is from its plan, and what leads it back."""
     run = context.run
     for k, (channel, name) in enumerate(zip(_BALANCE, ("error", "correction"), strict=True)):
-        for column, (axis, line) in enumerate((("forward", "-"), ("left", "--"))):
-            values = 1e3 * run[channel][:, column]
-            draw_curve(
-                axes, run.t, values, color=COLOURS[k], linestyle=line, label=f"{name}, {axis}"
-            )
+        x, y = 1e3 * run[channel].T
+        draw_curve(axes, run.t, x, color=COLOURS[k], linestyle="-", label=f"{name}, forward")
+        draw_curve(axes, run.t, y, color=COLOURS[k], linestyle="--", label=f"{name}, left")
     axes.set_ylabel("DCM [mm]")
     axes.legend(loc="upper left", ncols=2)
 

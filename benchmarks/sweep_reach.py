@@ -19,6 +19,7 @@ import tempfile
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,6 @@ import pinocchio as pin
 from equipoise.api import run_scenario
 from equipoise.robots import get_robot
 from equipoise.runlog import Run
-from equipoise.scenarios.read import parse_scenario
 
 ROBOTS = ("hrp2", "talos", "g1", "romeo")
 DIRECTIONS = {
@@ -37,8 +37,9 @@ DIRECTIONS = {
     "behind": (-1.0, 0.0, 0.0),
     "low": (0.6, 0.0, -0.8),
 }
+AS_FAR = "as far as it could"  # said of a hand that did not get to where it was sent
 DURATION, WATCHED = 8.0, 1.0  # [s] of a run, and of its end that is looked at
-AT_REST = 0.05  # [rad/s] of every joint of the reference by then
+AT_REST = 0.15  # [rad/s] of every joint of the reference by then
 STANDING = 0.9  # of the height at the start
 SHORT = 0.05  # [m] that the hand may stay behind where it could be
 
@@ -113,7 +114,7 @@ def arm_of(robot, kin) -> tuple[np.ndarray, float]:
     joints = [joint for joint in right if joint not in left]
     places = [kin.joint_placement(joint).translation for joint in joints]
     places.append(kin.placement("right_palm").translation)
-    return places[0], float(sum(np.linalg.norm(b - a) for a, b in zip(places, places[1:])))
+    return places[0], float(sum(np.linalg.norm(b - a) for a, b in pairwise(places)))
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,9 @@ def outcome_of(run: Run, stands: bool) -> Outcome:
     peak = float(np.abs(np.diff(v, axis=0)).max() / period)
     height = float((run["q"][:, 2] / run["q"][0, 2]).min()) if stands else 1.0
     miss = float(np.linalg.norm(run["error/hand"][-1, :3]))
-    wrong = list(summary["impossible"])
+    wrong = [one for one in summary["impossible"] if AS_FAR not in one]
+    if len(wrong) == len(summary["impossible"]):
+        wrong.append("the verdict does not say that the hand did not get there")
     if height < STANDING:
         wrong.append(f"the base sank to {100 * height:.0f} % of its height")
     if fastest > AT_REST:

@@ -15,6 +15,7 @@ from equipoise.tasks.gaze import GazeTask
 from equipoise.tasks.joint_accelerations import JointAccelerationsTask
 from equipoise.tasks.joint_limits import JointLimitsTask
 from equipoise.tasks.posture import PostureTask
+from equipoise.tasks.reach import Reach
 from equipoise.tasks.relative_frame import RelativeFrameTask
 from equipoise.tasks.volumes import KeepInTask, KeepOutTask
 
@@ -36,6 +37,7 @@ __all__ = [
     "KeepOutTask",
     "KernelTask",
     "PostureTask",
+    "Reach",
     "RelativeFrameTask",
     "Task",
     "describe_rows",

@@ -122,6 +122,11 @@ class JointAccelerationsTask(KernelTask):
         return ("rad",) * len(self._labels)
 
     @property
+    def needs_before(self) -> bool:
+        """Whether its rows depend on the velocity of the tick before: they do."""
+        return True
+
+    @property
     def numbers(self) -> Array:
         """Lower and upper positions, speeds and accelerations of all joints, and the period."""
         return np.concatenate(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
@@ -19,6 +19,7 @@ from equipoise.spatial.numbers import not_negative, positive, real_vector, requi
 from equipoise.spatial.numbers import share as fraction
 
 _POSTURES = 200
+_ROUNDING = 1e-9
 # of the dead time that the posture loop survives on a floor that gives
 RESERVES: dict[Projector, float] = {"euclidean": 6.0, "damping": 3.0}
 
@@ -146,6 +147,43 @@ def advise_for_postures(
         ratio_diagonal=_largest(Z.T @ np.diag(np.diag(H)) @ Z, H_tangent),
         shape="the mean of M over postures",
     )
+
+
+def bear_postures(
+    advice: GainAdvice,
+    robot: Robot,
+    contacts: ContactStack,
+    postures: Sequence[Array],
+    dt: float,
+    *,
+    share: float = 0.5,
+    rotor_inertia: float | Array = 0.0,
+) -> GainAdvice:
+    """Return the advice with a `K_d` below it that a loop of period `dt` [s] bears in all postures.
+
+    Sampled damping is stable in a posture (nq,) while `K_d < (2 / dt) M(q)` on the tangent space of
+    the contacts. A direction u there that exceeds `share` of that is damped less: `K_d - c K_d u
+    u^T K_d` with the c that leaves it at the bound. So `K_d` never grows, stays positive, and all
+    other directions keep what they had: what a stretched arm cannot bear is damping about its own
+    axis. Advice that is borne is returned as it is.
+    Raises: `InputError`, `ShapeError`.
+    """
+    limit = fraction("share", share) * 2.0 / require_period(dt)
+    rotors, K = rotors_of(robot, rotor_inertia), advice.K_d
+    motors, cut = range(robot.nv_base, robot.nv), False
+    for q in postures:
+        M = inertia_matrix(robot, q)
+        M[motors, motors] += rotors
+        J = contacts.at(robot.at(q)).J_phi if contacts.size else np.zeros((0, robot.nv))
+        Z = scipy.linalg.null_space(J) if len(J) else np.eye(robot.nv)
+        values, X = scipy.linalg.eigh(Z.T @ K @ Z, Z.T @ M @ Z)
+        over = values > limit * (1.0 + _ROUNDING)
+        if over.any():
+            W, cut = K @ Z @ X[:, over], True
+            K = K - (W * ((1.0 - limit / values[over]) / values[over])) @ W.T
+    if not cut:
+        return advice
+    return replace(advice, K_d=K, shape=f"{advice.shape}, less where stretched postures bear less")
 
 
 def random_postures(robot: Robot, q_0: Array, count: int, *, seed: int) -> list[Array]:

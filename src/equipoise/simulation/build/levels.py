@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from equipoise.contacts import PointContact, SoleContact, SupportPolygon
 from equipoise.errors import AdviceWarning, InputError, NameNotFoundError, ScenarioError
-from equipoise.motion import advise_accelerations
+from equipoise.motion import advise_accelerations, borne_inertia
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.simulation.build.fades import build_fades, contact_tasks
@@ -35,6 +35,7 @@ from equipoise.tasks import (
     KeepInTask,
     KeepOutTask,
     PostureTask,
+    Reach,
     RelativeFrameTask,
     Task,
 )
@@ -50,6 +51,7 @@ from equipoise.trajectories import (
     slow_down,
 )
 
+CALM_CHANGE, CALM_FASTEST = 4.0, 0.6  # [rad/s^2], [rad/s] of a joint that moves 1 kg m^2
 APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
 
 
@@ -161,11 +163,22 @@ def _frame_path(
         frame,
         path,
         rate=spec.rate,
-        speed=np.inf if spec.pull is None else spec.pull,
-        turn=np.inf if spec.pull_turn is None else spec.pull_turn,
-        damping=spec.damping,
-        robot=setup.robot,
+        reach=_reach(scenario, setup, spec),
     )
+
+
+def _reach(scenario: schema.Scenario, setup: Setup, spec: schema.FramePathSpec) -> Reach:
+    """Return how the frame goes for targets that it is behind.
+
+    Joints count by the inertia they move, from 1 kg m^2 on: an arm before a leg.
+    """
+    robot = setup.robot
+    weights = np.sqrt(np.maximum(borne_inertia(robot, robot.q_half_sitting), 1.0))
+    given = {"pull": spec.pull, "pull_turn": spec.pull_turn, "damping": spec.damping}
+    more: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if spec.calm:
+        more |= {"change": CALM_CHANGE / weights, "fastest": CALM_FASTEST / weights}
+    return Reach(robot, scenario.control.period, weights=weights, **more)
 
 
 def slowed_way(spec: schema.FramePathSpec) -> tuple[tuple[Waypoint, ...], tuple[SlowedLeg, ...]]:

@@ -235,6 +235,7 @@ def control_settings(scenario: schema.Scenario, advice: GainAdvice) -> ControlSe
     """Return how the scenario wants the robot controlled."""
     control = scenario.control
     lifts = scenario.physics.engine == "mujoco" or scenario.walk is not None
+    lifts = lifts or any(getattr(task, "calm", None) for task in scenario.tasks.values())
     usual = "bounded" if lifts else "least"
     distribution = control.distribution or usual
     bounds = ReactionBounds(torque_share=control.torque_share)

@@ -52,6 +52,7 @@ from equipoise.trajectories import (
 )
 
 CALM_CHANGE, CALM_FASTEST = 4.0, 0.6  # [rad/s^2], [rad/s] of a joint that moves 1 kg m^2
+HEAVY = 0.75  # power of the inertia by which joints hold back
 APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
 
 
@@ -173,7 +174,7 @@ def _reach(scenario: schema.Scenario, setup: Setup, spec: schema.FramePathSpec) 
     Joints count by the inertia they move, from 1 kg m^2 on: an arm before a leg.
     """
     robot = setup.robot
-    weights = np.sqrt(np.maximum(borne_inertia(robot, robot.q_half_sitting), 1.0))
+    weights = np.maximum(borne_inertia(robot, robot.q_half_sitting), 1.0) ** HEAVY
     given = {"pull": spec.pull, "pull_turn": spec.pull_turn, "damping": spec.damping}
     more: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if spec.calm:

@@ -33,7 +33,7 @@ from equipoise.simulation.build.levels import (
     build_start_levels,
     tell_slowed,
 )
-from equipoise.simulation.build.reach import Miss, calmed, missed_waypoints, postures_ahead
+from equipoise.simulation.build.reach import Miss, calmed, look_ahead, missed_waypoints, ways_of
 from equipoise.simulation.build.rehearse import rehearse
 from equipoise.simulation.build.rivals import known_robot, tuned_rival
 from equipoise.simulation.build.setup import Setup, build_setup
@@ -109,12 +109,15 @@ def assemble_controls(scenario: schema.Scenario, prepared: Prepared | None = Non
     levels = build_levels(scenario, setup, walk)
     q_start = prepared.q_start if prepared is not None else starting_posture(scenario, setup, walk)
     misses = missed_waypoints(scenario, setup, levels, q_start)
+    calm, ways = [miss.task for miss in misses], ways_of(scenario, setup)
+    if ways and not calm and look_ahead(scenario, setup, levels, q_start).room(setup) < 0.0:
+        calm = ways
     ahead: list[Array] = []
-    if misses:
-        scenario = calmed(scenario, misses)
+    if calm:
+        scenario = calmed(scenario, calm)
         levels = build_levels(scenario, setup, walk)
         if walk is None:
-            ahead = postures_ahead(scenario, setup, levels, q_start)
+            ahead = look_ahead(scenario, setup, levels, q_start).postures
     told = tell_slowed(scenario)
     if prepared is None:
         told = (*told, *_tell(rehearse(scenario, setup, q_start)))

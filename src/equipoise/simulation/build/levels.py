@@ -51,7 +51,8 @@ from equipoise.trajectories import (
     slow_down,
 )
 
-CALM_CHANGE, CALM_FASTEST = 4.0, 0.6  # [rad/s^2], [rad/s] of a joint that moves 1 kg m^2
+# [rad/s^2], [rad/s] of a joint that moves 1 kg m^2
+CALM_CHANGE, CALM_FASTEST = 2.5, 0.4
 HEAVY = 0.75  # power of the inertia by which joints hold back
 APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator
@@ -23,14 +24,14 @@ from equipoise.tasks import (
     JointAccelerationsTask,
     Task,
 )
-from equipoise.trajectories import FixedPose, Waypoint
+from equipoise.trajectories import FixedPose
 
 STEP = 0.02  # [s] of an Euler step; the rates of the tasks times it stay below 1
 MOST_STEPS = 250  # of the way to a waypoint
-EVERY = 0.1  # [s] between postures that are looked at
+EVERY = 0.04  # [s] between postures that are looked at
 REST = 1e-3  # [m/s, rad/s] below which the robot has come to rest
 # what bounds a way that is out of reach, where its file says nothing
-CALM = {"speed": 0.5, "acceleration": 1.0, "turn": 1.0, "turn_acceleration": 2.0}
+CALM = {"speed": 0.5, "acceleration": 0.7, "turn": 1.0, "turn_acceleration": 1.4}
 LEFT_OUT = (AvoidanceTask, GazeTask, JointAccelerationsTask, FloorSupportTask)
 NEAR, ALIGNED = 0.002, 0.02  # [m], [rad] up to which a waypoint counts as reached
 
@@ -84,10 +85,10 @@ def missed_waypoints(
     return tuple(misses)
 
 
-def calmed(scenario: schema.Scenario, misses: Iterable[Miss]) -> schema.Scenario:
-    """Return the scenario with what the file leaves open of ways out of reach: calm and slow."""
+def calmed(scenario: schema.Scenario, names: Iterable[str]) -> schema.Scenario:
+    """Return the scenario with what the file leaves open of some ways: they are calm and slow."""
     tasks = dict(scenario.tasks)
-    for name in {miss.task for miss in misses}:
+    for name in names:
         spec = tasks[name]
         if isinstance(spec, schema.FramePathSpec) and spec.calm is None:
             left = {key: value for key, value in CALM.items() if getattr(spec, key) is None}
@@ -95,11 +96,33 @@ def calmed(scenario: schema.Scenario, misses: Iterable[Miss]) -> schema.Scenario
     return scenario.model_copy(update={"tasks": tasks})
 
 
-def postures_ahead(
+@dataclass(frozen=True)
+class Ahead:
+    """The reference of a whole run: postures (nq,) and velocities (nv,), one every `EVERY` [s]."""
+
+    postures: list[Array]
+    velocities: list[Array]
+
+    def room(self, setup: Setup) -> float:
+        """Return how far [m] inside the soles the nominal robot's zero-moment point stays."""
+        if setup.polygon is None:
+            return np.inf
+        model, polygon = setup.robot.model, setup.polygon
+        context, least = model.createData(), np.inf
+        for k in range(1, len(self.postures) - 1):
+            q, v = self.postures[k], self.velocities[k]
+            a = (self.velocities[k + 1] - self.velocities[k - 1]) / (2.0 * EVERY)
+            f = pin.XYZQUATToSE3(q[:7]).act(pin.Force(pin.rnea(model, context, q, v, a)[:6]))
+            point = np.array([-f.angular[1], f.angular[0]]) / f.linear[2]
+            least = min(least, float((polygon.offsets - polygon.normals @ point).min()))
+        return least
+
+
+def look_ahead(
     scenario: schema.Scenario, setup: Setup, levels: list[list[Task]], q_start: Array
-) -> list[Array]:
-    """Return the postures (nq,) that the reference comes by, one every `EVERY` seconds."""
-    period, postures = scenario.control.period, []
+) -> Ahead:
+    """Return where the reference will come by, on a robot that follows it."""
+    period, ahead = scenario.control.period, Ahead([], [])
     motion = MotionGenerator(
         setup.robot,
         levels,
@@ -110,25 +133,40 @@ def postures_ahead(
         advise=False,
     )
     for k in range(round(scenario.duration / period)):
-        motion.solve(k * period)
-        motion.move_on()
+        step = motion.step(k * period)
         if k % round(EVERY / period) == 0:
-            postures.append(motion.q_ref)
-    return postures
+            ahead.postures.append(step.q_ref)
+            ahead.velocities.append(step.v_ref)
+    return ahead
+
+
+def ways_of(scenario: schema.Scenario, setup: Setup) -> list[str]:
+    """Return the ways of frames that a robot follows which nothing but its soles holds."""
+    if scenario.walk is not None or not all(one.supporting for one in setup.contacts.contacts):
+        return []
+    if setup.polygon is None:
+        return []
+    return [
+        name
+        for name, spec in scenario.tasks.items()
+        if isinstance(spec, schema.FramePathSpec) and spec.enabled and spec.calm is None
+    ]
 
 
 def _waypoints(scenario: schema.Scenario) -> Iterator[tuple[str, int, float]]:
     """Yield task, number and time of each waypoint that the run comes to."""
     for name, task in scenario.tasks.items():
-        waypoints: Iterable[schema.WaypointSpec | Waypoint] = ()
+        waypoints: Sequence[schema.WaypointSpec] = ()
+        times: list[float] = []
         if isinstance(task, schema.FramePathSpec):
-            waypoints = slowed_way(task)[0]
+            waypoints, times = task.waypoints, [one.t for one in slowed_way(task)[0]]
         elif isinstance(task, schema.HandOnObjectSpec):
             waypoints = scenario.world.objects[task.object].waypoints
-        for number, waypoint in enumerate(waypoints):
+            times = [waypoint.t for waypoint in waypoints]
+        for number, (waypoint, t) in enumerate(zip(waypoints, times, strict=True)):
             begin, end = task.window or (0.0, np.inf)
             if task.enabled and waypoint.t <= scenario.duration and begin <= waypoint.t <= end:
-                yield name, number, waypoint.t
+                yield name, number, t
 
 
 def _held(

@@ -52,7 +52,7 @@ class Reach:
     period: float
     pull: float = 0.3
     pull_turn: float = 0.6
-    damping: float = 0.4
+    damping: float = 0.25
     mass: float = 0.005
     weights: float | Array = 1.0
     change: float | Array = 30.0

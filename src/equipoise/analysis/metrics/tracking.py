@@ -47,9 +47,11 @@ def _miss(context: RunContext) -> Found | None:
         far = np.hypot(lengths([error], POSITION)[0], LEVER * lengths([error], ANGLE)[0])
         times = [waypoint.t for waypoint in slowed_way(spec)[0]]
         for number, t in enumerate(times):
+            if spec.waypoints[number].t > run.t[-1]:
+                continue
             until = run.t[-1] if number == len(times) - 1 else t + NEARLY
-            there = (run.t >= t - NEARLY) & (run.t <= until)
-            miss = float(far[there].min(initial=np.inf)) if t <= run.t[-1] else 0.0
+            there = (run.t >= min(t, run.t[-1]) - NEARLY) & (run.t <= until)
+            miss = float(far[there].min(initial=np.inf))
             if worst is None or miss > worst.value:
                 worst = Found(miss, names=(name,))
     return worst

@@ -197,20 +197,24 @@ def slowed_way(spec: schema.FramePathSpec) -> tuple[tuple[Waypoint, ...], tuple[
 
 
 def tell_slowed(scenario: schema.Scenario) -> tuple[str, ...]:
-    """Warn of ways that take longer than they were written, and return the sentences."""
+    """Return in sentences which ways take longer than they were written.
+
+    Warns of those whose file bounds them; of a way that is calm the run itself tells.
+    """
     told = []
     for _, spec in _enabled(scenario):
         if not isinstance(spec, schema.FramePathSpec):
             continue
         way, slowed = slowed_way(spec)
-        told += [leg.sentence(spec.frame) for leg in slowed]
+        sentences = [leg.sentence(spec.frame) for leg in slowed]
         if slowed and way[-1].t > scenario.duration:
-            told.append(
+            sentences.append(
                 f"the run ends at {scenario.duration:g} s, the way of {spec.frame} only at "
                 f"{way[-1].t:.3g} s"
             )
-    for sentence in told:
-        warnings.warn(sentence, AdviceWarning, stacklevel=2)
+        for sentence in () if spec.calm else sentences:
+            warnings.warn(sentence, AdviceWarning, stacklevel=2)
+        told += sentences
     return tuple(told)
 
 

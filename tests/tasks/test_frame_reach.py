@@ -94,7 +94,7 @@ def stretched(robot, dt, reach):
         [PostureTask("posture", robot, q[7:])],
     ]
     motion = MotionGenerator(robot, levels, make_solver("active_set"), dt, q)
-    v = np.array([motion.step(k * dt).v_ref for k in range(round(14.0 / dt))])
+    v = np.array([motion.step(k * dt).v_ref for k in range(round(24.0 / dt))])
     return v, robot.at(motion.q_ref).placement("right_palm"), here
 
 
@@ -102,14 +102,14 @@ def stretched(robot, dt, reach):
 def test_an_arm_out_of_reach_comes_to_rest_and_comes_back(name):
     """Half the time step asks for no more acceleration; without a reach the velocity jumps."""
     robot, peaks = get_robot(name), {}
-    weights = np.maximum(borne_inertia(robot, robot.q_half_sitting), 1.0)
-    for dt in (0.002, 0.004):
+    weights = np.maximum(borne_inertia(robot, robot.q_half_sitting), 1.0) ** 0.75
+    for dt in (0.004, 0.008):
         v, end, home = stretched(robot, dt, Reach(robot, dt, weights=weights))
         peaks[dt] = np.abs(np.diff(v, axis=0)).max() / dt
         at_rest = v[round(7.5 / dt) : round(8.0 / dt), 6:]
         assert np.abs(at_rest).max() < 0.2
         assert np.linalg.norm(end.translation - home.translation) < 1e-3
-    assert peaks[0.002] < 1.2 * peaks[0.004]
+    assert peaks[0.004] < 1.2 * peaks[0.008]
     for dt in peaks:
         v, _, _ = stretched(robot, dt, None)
         assert np.abs(np.diff(v, axis=0)).max() > np.abs(robot.v_max).min()

@@ -10,6 +10,7 @@ from equipoise.analysis.metrics.base import ANGLE, POSITION, Found, Metric, larg
 from equipoise.analysis.run_context import RunContext
 from equipoise.scenarios import schema
 from equipoise.simulation.build.levels import slowed_way
+from equipoise.trajectories import WaypointTrajectory
 
 NEARLY = 0.1  # [s] around its time in which a waypoint counts as come to
 LEVER = 0.2  # [m] that a radian counts beside a distance
@@ -43,15 +44,21 @@ def _miss(context: RunContext) -> Found | None:
     for name, spec in context.scenario.tasks.items():
         if not (isinstance(spec, schema.FramePathSpec) and spec.calm and f"error/{name}" in run):
             continue
-        error = run[f"error/{name}"]
+        error, way = run[f"error/{name}"], slowed_way(spec)[0]
         far = np.hypot(lengths([error], POSITION)[0], LEVER * lengths([error], ANGLE)[0])
-        times = [waypoint.t for waypoint in slowed_way(spec)[0]]
-        for number, t in enumerate(times):
+        for number, waypoint in enumerate(way):
             if spec.waypoints[number].t > run.t[-1]:
-                continue
-            until = run.t[-1] if number == len(times) - 1 else t + NEARLY
-            there = (run.t >= min(t, run.t[-1]) - NEARLY) & (run.t <= until)
-            miss = float(far[there].min(initial=np.inf))
+                continue  # the file itself does not come to it
+            if waypoint.t > run.t[-1]:  # the way was slowed: it is not over yet
+                target = WaypointTrajectory(way).at(float(run.t[-1])).T_world_target
+                left = (
+                    waypoint.T_world_target.translation - target.translation + error[-1, POSITION]
+                )
+                miss = float(np.linalg.norm(left))
+            else:
+                until = run.t[-1] if number == len(way) - 1 else waypoint.t + NEARLY
+                there = (run.t >= waypoint.t - NEARLY) & (run.t <= until)
+                miss = float(far[there].min(initial=np.inf))
             if worst is None or miss > worst.value:
                 worst = Found(miss, names=(name,))
     return worst

@@ -3,10 +3,10 @@
 `python benchmarks/sweep_reach.py [--robots hrp2 talos] [--engines rigid mujoco] [--seed 0]`
 
 Each case sends the right hand of a robot, in a second, to a place that lies 0.1 to 1 m beyond its
-reach in one of five directions, leaves it there, and runs 8 s. A case is well if nothing impossible
-happened, the law was never switched off, the robot stands, the reference has come to rest and the
-hand is about as near as the robot, settled before the run, could bring it. The verdict has to be
-"not met" all the same, for the waypoint was not reached. Ends with 1 if a case is not well.
+arm in one of five directions, leaves it there, and runs 8 s. A case is well if nothing impossible
+happened, the law was never switched off, the robot stands, the reference has come to rest, and it
+was told before the run. The verdict has to be "not met" all the same where the hand did not get
+there. Ends with 1 if a case is not well.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import tempfile
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -36,10 +37,12 @@ DIRECTIONS = {
     "behind": (-1.0, 0.0, 0.0),
     "low": (0.6, 0.0, -0.8),
 }
+AS_FAR = "as far as it could"  # said of a hand that did not get to where it was sent
 DURATION, WATCHED = 8.0, 1.0  # [s] of a run, and of its end that is looked at
-AT_REST = 0.05  # [rad/s] of every joint of the reference by then
+AT_REST = 0.15  # [rad/s] of every joint of the reference by then
 STANDING = 0.9  # of the height at the start
-SHORT = 0.05  # [m] that the hand may stay behind where it could be
+SHORT = 0.02  # [m] beyond which the hand did not get to where it was sent
+TOLD = "cannot reach its waypoint", " s instead of "  # of a waypoint, or of a way that is slowed
 
 SCENARIO = """
 name: beyond_reach
@@ -112,7 +115,7 @@ def arm_of(robot, kin) -> tuple[np.ndarray, float]:
     joints = [joint for joint in right if joint not in left]
     places = [kin.joint_placement(joint).translation for joint in joints]
     places.append(kin.placement("right_palm").translation)
-    return places[0], float(sum(np.linalg.norm(b - a) for a, b in zip(places, places[1:])))
+    return places[0], float(sum(np.linalg.norm(b - a) for a, b in pairwise(places)))
 
 
 @dataclass(frozen=True)
@@ -136,16 +139,15 @@ def outcome_of(run: Run, stands: bool) -> Outcome:
     peak = float(np.abs(np.diff(v, axis=0)).max() / period)
     height = float((run["q"][:, 2] / run["q"][0, 2]).min()) if stands else 1.0
     miss = float(np.linalg.norm(run["error/hand"][-1, :3]))
-    wrong = list(summary["impossible"])
+    wrong = [one for one in summary["impossible"] if AS_FAR not in one]
     if height < STANDING:
         wrong.append(f"the base sank to {100 * height:.0f} % of its height")
     if fastest > AT_REST:
         wrong.append(f"the reference still moves, by {fastest:.2f} rad/s")
-    told = [one for one in summary["changes"] if "cannot reach its waypoint" in one]
-    if not told:
-        wrong.append("nobody was told that the waypoint cannot be reached")
-    if summary["passed"]:
-        wrong.append("the run counts as met")
+    if not any(TOLD[0] in one or TOLD[1] in one for one in summary["changes"]):
+        wrong.append("nobody was told")
+    if miss > SHORT and (summary["passed"] or len(wrong) == len(summary["impossible"])):
+        wrong.append("the verdict does not say that the hand did not get there")
     return Outcome(tuple(wrong), fastest, miss, height, peak)
 
 

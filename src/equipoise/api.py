@@ -24,7 +24,6 @@ from equipoise.runlog import Run, load_run, new_run_folder, read_summary, write_
 from equipoise.runlog.folders import check_place
 from equipoise.scenarios import Scenario, read_scenario
 from equipoise.scenarios.catalogue import place_error
-from equipoise.simulation.build.reach import missed_waypoints
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.loop import Ending, RunOutcome, run_simulation
 from equipoise.simulation.operator import Operator
@@ -112,7 +111,7 @@ def run_made(
     say("starting posture", 0.0)
     check_acceptance(spec)
     made = make(spec)
-    misses = [str(miss) for miss in missed_waypoints(made.controls)]
+    misses = [str(miss) for miss in made.controls.misses]
     for sentence in misses:
         getattr(output.report, "tell", _tell_nobody)(sentence)
     folder = Path(out) if out is not None else new_run_folder(RUNS, spec.name)

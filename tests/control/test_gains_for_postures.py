@@ -8,7 +8,7 @@ import scipy.linalg
 
 from equipoise import get_robot
 from equipoise.contacts import ContactStack
-from equipoise.control import advise_for_postures, advise_gains
+from equipoise.control import advise_for_postures, advise_gains, bear_postures
 from equipoise.control.passivity.gain_advice import inertia_matrix, random_postures
 from equipoise.errors import InputError
 from helpers import sole_contacts
@@ -56,3 +56,26 @@ def test_numbers_of_the_wrong_sign_are_refused(hrp2, wrong):
     contacts = ContactStack(sole_contacts(hrp2, hrp2.q_half_sitting))
     with pytest.raises(InputError):
         advise_for_postures(hrp2, contacts, hrp2.q_half_sitting, DT, **{"alpha": 20.0, **wrong})
+
+
+def test_damping_is_taken_where_a_posture_cannot_bear_it_and_nowhere_else():
+    """Less than before in every direction, stable in each posture, and untouched elsewhere."""
+    robot = get_robot("hrp2")
+    contacts, q_0 = ContactStack(sole_contacts(robot, robot.q_half_sitting)), robot.q_half_sitting
+    before = advise_gains(robot, contacts, q_0, DT, alpha=20.0)
+    postures = random_postures(robot, q_0, 10, seed=3)
+    assert max(fastest_mode(robot, contacts, before.K_d, q) for q in postures) > 1.0
+    after = bear_postures(before, robot, contacts, postures, DT)
+    assert max(fastest_mode(robot, contacts, after.K_d, q) for q in postures) < 1.0
+    taken = np.linalg.eigvalsh(before.K_d - after.K_d)
+    assert taken.min() > -1e-9 * taken.max()
+    assert (taken > 1e-9 * taken.max()).sum() < robot.nv
+    assert np.linalg.eigvalsh(after.K_d).min() > 0.0
+    assert "less where" in after.sentences()[0]
+
+
+def test_what_is_borne_is_left_as_it_is():
+    robot = get_robot("hrp2")
+    contacts, q_0 = ContactStack(sole_contacts(robot, robot.q_half_sitting)), robot.q_half_sitting
+    before = advise_gains(robot, contacts, q_0, DT, alpha=20.0)
+    assert bear_postures(before, robot, contacts, [q_0], DT) is before

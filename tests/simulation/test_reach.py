@@ -10,7 +10,6 @@ import pytest
 from equipoise import read_scenario, run_scenario
 from equipoise.robots import get_robot, named_robots
 from equipoise.scenarios import named_scenarios
-from equipoise.simulation.build.reach import missed_waypoints
 from equipoise.simulation.simulation import Simulation
 from helpers import HUMANOIDS
 
@@ -24,7 +23,7 @@ def misses(scenario: str, robot: str, overrides: list[str]) -> list:
         spec = read_scenario(scenario, overrides, robot=robot)
     if ROBOTS[spec.robot].missing:
         pytest.skip(f"{spec.robot} is not installed: {ROBOTS[spec.robot].missing}")
-    return missed_waypoints(Simulation(spec).assembly)
+    return list(Simulation(spec).assembly.misses)
 
 
 def hand_to(*points: np.ndarray) -> str:

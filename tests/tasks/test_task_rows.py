@@ -12,8 +12,7 @@ from equipoise.collision.distances import DistanceEvaluator
 from equipoise.collision.scene import Body, Scene, Shape
 from equipoise.contacts import SupportPolygon
 from equipoise.contacts.support_polygon import sole_corners
-from equipoise.errors import InputError
-from equipoise.hqp import Block, Hierarchy, Rows, make_solver
+from equipoise.hqp import Hierarchy, Rows, make_solver
 from equipoise.spatial import pose
 from equipoise.tasks import (
     AvoidanceTask,
@@ -23,7 +22,7 @@ from equipoise.tasks import (
     JointLimitsTask,
     PostureTask,
 )
-from equipoise.trajectories import FixedPose, Waypoint, WaypointTrajectory
+from equipoise.trajectories import Waypoint, WaypointTrajectory
 from helpers import kinematics, random_state, sole_contacts
 
 STEP = 1e-6
@@ -158,46 +157,3 @@ def test_contact_task_takes_drift_back(hrp2, rng):
     rate = central(hrp2, q, v, 0.0, lambda kin, t: stack.residual(kin))
     assert np.allclose(rate, -6.0 * residual, atol=1e-6)
     assert len(task.units) == len(task.labels) == 12
-
-
-def test_a_frame_far_off_is_asked_for_no_more_than_its_speed(hrp2):
-    far = FixedPose(pose((3.0, -1.0, 1.0), (0.0, 2.0, 0.0)))
-    free = FramePoseTask("hand", "right_palm", far)
-    bound = FramePoseTask("hand", "right_palm", far, speed=0.3, turn=0.5)
-    kin = kinematics(hrp2, hrp2.q_half_sitting)
-    wanted, asked = free.rows(kin, 0.0).lower, bound.rows(kin, 0.0).lower
-    for part, most in ((slice(0, 3), 0.3), (slice(3, 6), 0.5)):
-        length = np.linalg.norm(wanted[part])
-        assert length > most
-        np.testing.assert_allclose(asked[part], wanted[part] * most / length, rtol=1e-12)
-    near = FixedPose(kin.placement("right_palm"))
-    rows = FramePoseTask("hand", "right_palm", near, speed=0.3, turn=0.5).rows(kin, 0.0)
-    np.testing.assert_allclose(rows.lower, 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize("way", [0.01, 0.12, 4.0])
-def test_joints_are_damped_by_how_far_the_frame_is_off(hrp2, way):
-    kin = kinematics(hrp2, hrp2.q_half_sitting)
-    T = kin.placement("right_palm")
-    target = FixedPose(pin.SE3(T.rotation, T.translation + np.array([way, 0.0, 0.0])))
-    task = FramePoseTask("hand", "right_palm", target, damping=2.0, robot=hrp2)
-    plain = FramePoseTask("hand", "right_palm", target).rows(kin, 0.0)
-    rows = task.rows(kin, 0.0)
-    np.testing.assert_array_equal(rows.A[:6], plain.A)
-    np.testing.assert_array_equal(rows.lower[:6], plain.lower)
-    w = 2.0 * min(max(way - 0.02, 0.0), 0.5)
-    np.testing.assert_allclose(rows.A[6:, 6:], w * np.eye(hrp2.na), atol=1e-12)
-    np.testing.assert_array_equal(rows.A[6:, :6], 0.0)
-    bound = 0.0 if w > 0.0 else np.inf
-    np.testing.assert_array_equal(rows.upper[6:], bound)
-    np.testing.assert_array_equal(rows.lower[6:], -bound)
-    assert len(rows.labels) == len(task.describe(_block(rows), None)) == 6 + hrp2.na
-
-
-def _block(rows):
-    return Block(rows.name, rows.unit, rows.labels, 0, slice(0, len(rows.labels)))
-
-
-def test_a_damping_without_a_robot_is_refused():
-    with pytest.raises(InputError, match="no robot whose joints it damps"):
-        FramePoseTask("hand", "right_palm", FixedPose(pose((1, 0, 1))), damping=1.0)

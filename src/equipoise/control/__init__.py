@@ -26,6 +26,7 @@ from equipoise.control.passivity.gain_advice import (
     advise_for_postures,
     advise_for_soft_floor,
     advise_gains,
+    bear_postures,
 )
 from equipoise.control.passivity.gains import ControlGains, Projector
 from equipoise.control.passivity.law import Keep, PassivityController
@@ -66,6 +67,7 @@ __all__ = [
     "advise_for_postures",
     "advise_for_soft_floor",
     "advise_gains",
+    "bear_postures",
     "distribute_base_wrench",
     "largest_observer_gain",
     "observer_delay_margin",

@@ -1,6 +1,10 @@
 """Motion generation: tasks and contacts in, posture and velocity references out."""
 
-from equipoise.motion.acceleration_advice import AccelerationAdvice, advise_accelerations
+from equipoise.motion.acceleration_advice import (
+    AccelerationAdvice,
+    advise_accelerations,
+    borne_inertia,
+)
 from equipoise.motion.generator import MotionGenerator, MotionStep, StaleMotionError
 from equipoise.motion.governor import Governor
 from equipoise.motion.inverse_kinematics import InverseKinematics
@@ -15,5 +19,6 @@ __all__ = [
     "PostureNotFoundError",
     "StaleMotionError",
     "advise_accelerations",
+    "borne_inertia",
     "solve_posture",
 ]

@@ -62,11 +62,8 @@ def advise_accelerations(
     q_0, base = real_vector("q_0", q_0, robot.nq), robot.nv_base
     dynamics = JointDynamics(robot.model)
     M, hold = dynamics.inertia(q_0), dynamics.gravity(q_0)
-    inertia, kin = np.diag(M)[base:].copy(), robot.at(q_0)
-    soles = [kin.jacobian(sole.frame) for sole in robot.soles] if base == 6 else []
-    for J in soles:
-        T = np.vstack((-np.linalg.solve(J[:, :base], J[:, base:]), np.eye(robot.na)))
-        inertia = np.maximum(inertia, np.einsum("ij,ik,kj->j", T, M, T))
+    soles = _soles(robot, q_0)
+    inertia = _borne(robot, M, soles)
     if soles:
         J = np.vstack(soles)
         hold = hold - J.T @ (np.linalg.pinv(J[:, :base].T) @ hold[:base])
@@ -81,3 +78,27 @@ def advise_accelerations(
     by_torque, by_rise = left / inertia, np.minimum(robot.v_max, speed) / rise
     bound = share * np.minimum(by_torque, by_rise)
     return AccelerationAdvice(bound, by_torque, by_rise, inertia, share, robot.joint_names)
+
+
+def borne_inertia(robot: Robot, q_0: Array) -> Array:
+    """Return the inertia (na,) [kg m^2] that each joint moves at `q_0` (nq,) at most.
+
+    The largest of that with the base free and that with either sole fixed: an ankle moves the whole
+    robot.
+    """
+    q_0 = real_vector("q_0", q_0, robot.nq)
+    return _borne(robot, JointDynamics(robot.model).inertia(q_0), _soles(robot, q_0))
+
+
+def _soles(robot: Robot, q_0: Array) -> list[Array]:
+    kin = robot.at(q_0)
+    return [kin.jacobian(sole.frame) for sole in robot.soles] if robot.nv_base == 6 else []
+
+
+def _borne(robot: Robot, M: Array, soles: list[Array]) -> Array:
+    base = robot.nv_base
+    inertia = np.diag(M)[base:].copy()
+    for J in soles:
+        T = np.vstack((-np.linalg.solve(J[:, :base], J[:, base:]), np.eye(robot.na)))
+        inertia = np.maximum(inertia, np.einsum("ij,ik,kj->j", T, M, T))
+    return inertia

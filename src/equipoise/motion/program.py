@@ -33,13 +33,7 @@ from equipoise.motion.memory import (
 from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import AvoidanceTask, ContactTask, KernelTask, Task
-from equipoise.tasks.view import (
-    COM_POINT,
-    COM_POLYGON,
-    FLOOR_SUPPORT,
-    JOINT_ACCELERATIONS,
-    MOMENTUM,
-)
+from equipoise.tasks.view import COM_POINT, COM_POLYGON, FLOOR_SUPPORT, MOMENTUM
 from equipoise.trajectories import Fade
 from equipoise.trajectories.targets import TargetList, write_given
 
@@ -187,7 +181,7 @@ class MotionProgram:
                 part.pairs[k] = list(workspace.parts).index(f"pairs{which}")
         kinds = {one.task.kind for one in self.kernel_tasks}
         part.flags[NEEDS_COM] = bool(kinds & {COM_POINT, COM_POLYGON, FLOOR_SUPPORT, MOMENTUM})
-        part.flags[NEEDS_BEFORE] = bool(kinds & {JOINT_ACCELERATIONS, FLOOR_SUPPORT})
+        part.flags[NEEDS_BEFORE] = any(one.task.needs_before for one in self.kernel_tasks)
         part.flags[NEEDS_MOTION] = bool(kinds & {FLOOR_SUPPORT, MOMENTUM})
         part.clock[:] = 0.0
         part.clock[CLOCK_RATE] = 1.0

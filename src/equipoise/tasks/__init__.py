@@ -17,6 +17,7 @@ from equipoise.tasks.joint_limits import JointLimitsTask
 from equipoise.tasks.manipulability import ManipulabilityTask
 from equipoise.tasks.momentum import MomentumTask
 from equipoise.tasks.posture import PostureTask
+from equipoise.tasks.reach import Reach
 from equipoise.tasks.relative_frame import RelativeFrameTask
 from equipoise.tasks.volumes import KeepInTask, KeepOutTask
 
@@ -40,6 +41,7 @@ __all__ = [
     "ManipulabilityTask",
     "MomentumTask",
     "PostureTask",
+    "Reach",
     "RelativeFrameTask",
     "Task",
     "describe_rows",

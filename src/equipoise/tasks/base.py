@@ -117,6 +117,11 @@ class KernelTask(Task):
         return np.zeros(0)
 
     @property
+    def needs_before(self) -> bool:
+        """Whether its rows depend on the velocity of the tick before."""
+        return False
+
+    @property
     def frames(self) -> tuple[str | int, ...]:
         """The frames that it is about."""
         return tuple(one for one in (self.frame, self.second) if one is not None)

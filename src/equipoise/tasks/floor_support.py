@@ -125,6 +125,11 @@ class FloorSupportTask(KernelTask):
         return ("m",) * len(self._labels)
 
     @property
+    def needs_before(self) -> bool:
+        """Whether its rows depend on the velocity of the tick before: they do."""
+        return True
+
+    @property
     def numbers(self) -> Array:
         """Height, period, scale and least push, then normal (2) and moved offset of each edge."""
         edges = np.column_stack((self.polygon.normals, self.polygon.offsets - self.margin))

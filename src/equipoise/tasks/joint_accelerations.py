@@ -98,6 +98,11 @@ class JointAccelerationsTask(JointBoundsTask):
         self.period, self.rate = require_period(period), require_rate(name, rate)
 
     @property
+    def needs_before(self) -> bool:
+        """Whether its rows depend on the velocity of the tick before: they do."""
+        return True
+
+    @property
     def numbers(self) -> Array:
         """Lower and upper positions, speeds and accelerations of all joints, and the period."""
         return np.concatenate(

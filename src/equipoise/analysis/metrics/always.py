@@ -26,6 +26,9 @@ class Possible:
     fault: str
 
 
+MISSED = 0.02  # [m] from a waypoint that was to be come to
+
+
 ALWAYS: dict[str, Possible] = {
     "completed": Possible(Limit(min=1.0), "the run did not reach its end"),
     "mode_worst": Possible(Limit(max=DEGRADED), "the supervisor switched the law off"),
@@ -34,6 +37,9 @@ ALWAYS: dict[str, Possible] = {
     "clamped_longest": Possible(
         Limit(max=CLAMPED_MOST),
         "a torque stood at its limit: a motor could not give what it had to",
+    ),
+    "waypoint_miss": Possible(
+        Limit(max=MISSED), "a frame got as far as it could, and not to where it was sent"
     ),
     "joint_margin": Possible(Limit(min=-STOP), "a joint went past its stop"),
     "clearance": Possible(Limit(min=0.0), "two bodies were inside one another"),

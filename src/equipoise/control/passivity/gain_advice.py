@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from equipoise.spatial.numbers import share as fraction
 
 _POSTURES = 200
 LONGEST_DELAY = 0.1  # [s]
+_ROUNDING = 1e-9
 # of the dead time that the posture loop survives on a floor that gives
 RESERVES: dict[Projector, float] = {"euclidean": 6.0, "damping": 3.0}
 
@@ -149,6 +150,43 @@ def advise_for_postures(
     )
 
 
+def bear_postures(
+    advice: GainAdvice,
+    robot: Robot,
+    contacts: ContactStack,
+    postures: Sequence[Array],
+    dt: float,
+    *,
+    share: float = 0.5,
+    rotor_inertia: float | Array = 0.0,
+) -> GainAdvice:
+    """Return the advice with a `K_d` below it that a loop of period `dt` [s] bears in all postures.
+
+    Sampled damping is stable in a posture (nq,) while `K_d < (2 / dt) M(q)` on the tangent space of
+    the contacts. A direction u there that exceeds `share` of that is damped less: `K_d - c K_d u
+    u^T K_d` with the c that leaves it at the bound. So `K_d` never grows, stays positive, and all
+    other directions keep what they had: what a stretched arm cannot bear is damping about its own
+    axis. Advice that is borne is returned as it is.
+    Raises: `InputError`, `ShapeError`.
+    """
+    limit = fraction("share", share) * 2.0 / require_period(dt)
+    rotors, K = rotors_of(robot, rotor_inertia), advice.K_d
+    motors, cut = range(robot.nv_base, robot.nv), False
+    for q in postures:
+        M = inertia_matrix(robot, q)
+        M[motors, motors] += rotors
+        J = contacts.at(robot.at(q)).J_phi if contacts.size else np.zeros((0, robot.nv))
+        Z = null_space(J) if len(J) else np.eye(robot.nv)
+        values, X = eigenvectors(Z.T @ K @ Z, Z.T @ M @ Z)
+        over = values > limit * (1.0 + _ROUNDING)
+        if over.any():
+            W, cut = K @ Z @ X[:, over], True
+            K = K - (W * ((1.0 - limit / values[over]) / values[over])) @ W.T
+    if not cut:
+        return advice
+    return replace(advice, K_d=K, shape=f"{advice.shape}, less where stretched postures bear less")
+
+
 def random_postures(robot: Robot, q_0: Array, count: int, *, seed: int) -> list[Array]:
     """Return configurations (nq,) with the joints that carry no sole anywhere in their limits."""
     rng = np.random.default_rng(seed)
@@ -259,9 +297,15 @@ def _largest(K: Array, M: Array) -> float:
 
 def eigenvalues(K: Array, M: Array) -> Array:
     """Return, ascending, the eigenvalues (n,) of `K x = lambda M x`; M is positive definite."""
+    return eigenvectors(K, M)[0]
+
+
+def eigenvectors(K: Array, M: Array) -> tuple[Array, Array]:
+    """Return the same, and the vectors X (n, n) in columns, with `X^T M X` the identity."""
     L = np.linalg.cholesky(M)
     half = np.linalg.solve(L, K)
-    return np.linalg.eigvalsh(np.linalg.solve(L, half.T))
+    values, Y = np.linalg.eigh(np.linalg.solve(L, half.T))
+    return values, np.linalg.solve(L.T, Y)
 
 
 def null_space(J: Array) -> Array:

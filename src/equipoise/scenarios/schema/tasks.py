@@ -54,9 +54,10 @@ class FramePathSpec(AlongSpec):
 
     `speed` [m/s], `acceleration` [m/s^2], `turn` [rad/s] and `turn_acceleration` [rad/s^2] bound
     the way: legs that are faster take longer, and it is told. `pull` [m/s] and `pull_turn` [rad/s]
-    are the most that is asked of the frame while it is behind. `damping` asks the joints, on the
-    frame's own level, to stay the more the farther the frame is from its target: for targets that
-    may lie out of reach.
+    are the most that is asked of the frame to come back when it is behind, and `damping` calms its
+    joints then. `calm`: no joint turns quickly, whatever the frame is asked for. Left out it is
+    true where a waypoint turns out to be out of reach before the run; the way is then bounded to
+    0.5 m/s and 1 m/s^2 (1 rad/s, 2 rad/s^2) where the file says nothing else.
     """
 
     kind: Literal["frame_path", "frame_way"]
@@ -69,7 +70,8 @@ class FramePathSpec(AlongSpec):
     turn_acceleration: Positive | None = None
     pull: Positive | None = None
     pull_turn: Positive | None = None
-    damping: NotNegative = 0.0
+    damping: NotNegative | None = None
+    calm: bool | None = None
 
     @model_validator(mode="after")
     def _times_increase(self) -> FramePathSpec:

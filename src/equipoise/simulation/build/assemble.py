@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from equipoise.control import GainAdvice, ReactionBounds, advise_for_postures, advise_gains
+from equipoise.control import (
+    GainAdvice,
+    ReactionBounds,
+    advise_for_postures,
+    advise_gains,
+    bear_postures,
+)
 from equipoise.control.kinds import controller_maker
 from equipoise.control.rivals.kinds import RivalKind
 from equipoise.errors import AdviceWarning, NameNotFoundError
@@ -26,6 +33,7 @@ from equipoise.simulation.build.levels import (
     build_start_levels,
     tell_slowed,
 )
+from equipoise.simulation.build.reach import Miss, calmed, look_ahead, missed_waypoints, ways_of
 from equipoise.simulation.build.rehearse import rehearse
 from equipoise.simulation.build.rivals import known_robot, tuned_rival
 from equipoise.simulation.build.setup import Setup, build_setup
@@ -41,7 +49,7 @@ class Controls:
     """Everything of one run but the plant.
 
     `q_start` (nq,) is the starting posture, `advice` what the gain adviser said, `told` what was
-    told before the run, `walk` how it walks, if it does.
+    told before the run, `walk` how it walks, if it does, `misses` which waypoints are out of reach.
     """
 
     scenario: schema.Scenario
@@ -52,6 +60,7 @@ class Controls:
     controller: WholeBodyController
     told: tuple[str, ...] = ()
     walk: WalkSetup | None = None
+    misses: tuple[Miss, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +92,7 @@ def assemble(scenario: schema.Scenario, prepared: Prepared | None = None) -> Ass
     Raises: `ScenarioError`, `PostureNotFoundError`.
     """
     controls = assemble_controls(scenario, prepared)
-    plant, tau = assemble_plant(scenario, controls.setup, controls.q_start)
+    plant, tau = assemble_plant(controls.scenario, controls.setup, controls.q_start)
     if tau is not None:
         controls.controller.take_over(tau)
     return Assembly(**vars(controls), plant=plant)
@@ -96,14 +105,24 @@ def assemble_controls(scenario: schema.Scenario, prepared: Prepared | None = Non
     """
     setup = build_setup(scenario, prepared.robot if prepared is not None else None)
     check_waypoints(scenario, setup)
-    told = tell_slowed(scenario)
     walk = build_walk(scenario, setup)
     levels = build_levels(scenario, setup, walk)
     q_start = prepared.q_start if prepared is not None else starting_posture(scenario, setup, walk)
+    misses = missed_waypoints(scenario, setup, levels, q_start)
+    calm, ways = [miss.task for miss in misses], ways_of(scenario, setup)
+    if ways and not calm and look_ahead(scenario, setup, levels, q_start).room(setup) < 0.0:
+        calm = ways
+    ahead: list[Array] = []
+    if calm:
+        scenario = calmed(scenario, calm)
+        levels = build_levels(scenario, setup, walk)
+        if walk is None:
+            ahead = look_ahead(scenario, setup, levels, q_start).postures
+    told = tell_slowed(scenario)
     if prepared is None:
         told = (*told, *_tell(rehearse(scenario, setup, q_start)))
     check_contacts(setup, q_start, setup.reference_schedule.at(0.0))
-    advice = advise(scenario, setup, q_start)
+    advice = advise(scenario, setup, q_start, ahead)
     controller = WholeBodyController(
         setup.robot,
         levels,
@@ -123,6 +142,7 @@ def assemble_controls(scenario: schema.Scenario, prepared: Prepared | None = Non
         controller=controller,
         told=told,
         walk=walk,
+        misses=misses,
     )
 
 
@@ -187,29 +207,38 @@ def starting_posture(
     return q
 
 
-def advise(scenario: schema.Scenario, setup: Setup, q_start: Array) -> GainAdvice:
-    """Return what the gain adviser says about the nominal robot at `q_start` (nq,)."""
+def advise(
+    scenario: schema.Scenario, setup: Setup, q_start: Array, postures: Sequence[Array] = ()
+) -> GainAdvice:
+    """Return what the gain adviser says about the nominal robot at `q_start` (nq,).
+
+    Where the run will come to other `postures`, in which that would not be stable, less.
+    """
     gains, physics = gains_of(scenario), scenario.physics
     look = advise_for_postures if gains.shape == "postures" else advise_gains
     robot = setup.robot
     if gains.hand_load:
         for palm in robot.palms:
             robot = robot.with_payload(palm.frame, gains.hand_load)
-    return look(
+    period = scenario.control.period
+    rotors = physics.mujoco.armature if physics.engine == "mujoco" else 0.0
+    advice = look(
         robot,
         setup.contacts,
         q_start,
-        scenario.control.period,
+        period,
         alpha=gains.alpha,
         kappa=gains.kappa,
-        rotor_inertia=physics.mujoco.armature if physics.engine == "mujoco" else 0.0,
+        rotor_inertia=rotors,
     )
+    return bear_postures(advice, robot, setup.contacts, postures, period, rotor_inertia=rotors)
 
 
 def control_settings(scenario: schema.Scenario, advice: GainAdvice) -> ControlSettings:
     """Return how the scenario wants the robot controlled."""
     control = scenario.control
     lifts = scenario.physics.engine == "mujoco" or scenario.walk is not None
+    lifts = lifts or any(getattr(task, "calm", None) for task in scenario.tasks.values())
     usual = "bounded" if lifts else "least"
     distribution = control.distribution or usual
     bounds = ReactionBounds(torque_share=control.torque_share)

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from equipoise.contacts import PointContact, SoleContact, SupportPolygon
 from equipoise.errors import AdviceWarning, InputError, NameNotFoundError, ScenarioError
-from equipoise.motion import advise_accelerations
+from equipoise.motion import advise_accelerations, borne_inertia
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.simulation.build.fades import build_fades, contact_tasks
@@ -43,6 +43,7 @@ from equipoise.tasks import (
     ManipulabilityTask,
     MomentumTask,
     PostureTask,
+    Reach,
     RelativeFrameTask,
     Task,
 )
@@ -58,6 +59,9 @@ from equipoise.trajectories import (
     slow_down,
 )
 
+# [rad/s^2], [rad/s] of a joint that moves 1 kg m^2
+CALM_CHANGE, CALM_FASTEST = 2.5, 0.4
+HEAVY = 0.75  # power of the inertia by which joints hold back
 APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
 
 
@@ -166,10 +170,7 @@ def _frame_path(
         frame,
         path,
         rate=spec.rate,
-        speed=np.inf if spec.pull is None else spec.pull,
-        turn=np.inf if spec.pull_turn is None else spec.pull_turn,
-        damping=spec.damping,
-        robot=setup.robot,
+        reach=_reach(scenario, setup, spec),
     )
 
 
@@ -183,6 +184,20 @@ def _along(name: str, spec: schema.AlongSpec, path: PoseTrajectory, setup: Setup
     if spec.carried:
         path = carried_by(setup.carrier, path, f"tasks.{name}.carried")
     return path
+
+
+def _reach(scenario: schema.Scenario, setup: Setup, spec: schema.FramePathSpec) -> Reach:
+    """Return how the frame goes for targets that it is behind.
+
+    Joints count by the inertia they move, from 1 kg m^2 on: an arm before a leg.
+    """
+    robot = setup.robot
+    weights = np.maximum(borne_inertia(robot, robot.q_half_sitting), 1.0) ** HEAVY
+    given = {"pull": spec.pull, "pull_turn": spec.pull_turn, "damping": spec.damping}
+    more: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if spec.calm:
+        more |= {"change": CALM_CHANGE / weights, "fastest": CALM_FASTEST / weights}
+    return Reach(robot, scenario.control.period, weights=weights, **more)
 
 
 def slowed_way(spec: schema.FramePathSpec) -> tuple[tuple[Waypoint, ...], tuple[SlowedLeg, ...]]:
@@ -199,20 +214,24 @@ def slowed_way(spec: schema.FramePathSpec) -> tuple[tuple[Waypoint, ...], tuple[
 
 
 def tell_slowed(scenario: schema.Scenario) -> tuple[str, ...]:
-    """Warn of ways that take longer than they were written, and return the sentences."""
+    """Return in sentences which ways take longer than they were written.
+
+    Warns of those whose file bounds them; of a way that is calm the run itself tells.
+    """
     told = []
     for _, spec in _enabled(scenario):
         if not isinstance(spec, schema.FramePathSpec):
             continue
         way, slowed = slowed_way(spec)
-        told += [leg.sentence(spec.frame) for leg in slowed]
+        sentences = [leg.sentence(spec.frame) for leg in slowed]
         if slowed and way[-1].t > scenario.duration:
-            told.append(
+            sentences.append(
                 f"the run ends at {scenario.duration:g} s, the way of {spec.frame} only at "
                 f"{way[-1].t:.3g} s"
             )
-    for sentence in told:
-        warnings.warn(sentence, AdviceWarning, stacklevel=2)
+        for sentence in () if spec.calm else sentences:
+            warnings.warn(sentence, AdviceWarning, stacklevel=2)
+        told += sentences
     return tuple(told)
 
 

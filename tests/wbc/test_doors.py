@@ -12,6 +12,7 @@ from equipoise import InverseKinematics, LoopSettings, RigidContactEngine, Whole
 from equipoise.contacts import PointContact, SurfaceContact
 from equipoise.contacts.surfaces import Plane
 from equipoise.control import BoundedDistribution, DistributionStatus
+from equipoise.control.passivity.gain_advice import inertia_matrix
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
 from equipoise.robots import Robot
 from equipoise.spatial import pose
@@ -239,11 +240,25 @@ def test_errors_say_what_was_given(hrp2, how, error, says):
 
 
 @pytest.mark.parametrize(
-    "how", [{"period": 0.0}, {"delay": -1.0}, {"margin": -0.1}, {"rotor_inertia": -0.1}]
+    "how",
+    [{"period": 0.0}, {"delay": -1.0}, {"margin": -0.1}, {"rotor_inertia": -0.1}, {"shape": "no"}],
 )
 def test_a_loop_that_cannot_be_is_refused(how):
     with pytest.raises(InputError):
         LoopSettings(**how)
+
+
+def test_a_gain_of_postures_is_slower_with_stretched_arms(hrp2):
+    """The fastest rate of M^-1 K_d, which sampled damping has to survive, on a fixed base."""
+    rates = {}
+    for shape in ("start", "postures"):
+        loop = LoopSettings(delay=0.0015, shape=shape)
+        K_d = WholeBodyController.standing(hrp2, loop=loop).settings.gains.K_d
+        q = hrp2.q_half_sitting.copy()
+        q[[7 + hrp2.joint_index(name) for name in ("RARM_JOINT3", "LARM_JOINT3")]] = 0.0
+        M = inertia_matrix(hrp2, q)[6:, 6:]
+        rates[shape] = np.abs(np.linalg.eigvals(np.linalg.solve(M, np.array(K_d)[6:, 6:]))).max()
+    assert rates["postures"] < rates["start"]
 
 
 @pytest.mark.parametrize(

@@ -126,7 +126,7 @@ def _draw_balance(axes: Axes, context: RunContext) -> None:
         draw_curve(axes, run.t, x, color=COLOURS[k], linestyle="-", label=f"{name}, forward")
         draw_curve(axes, run.t, y, color=COLOURS[k], linestyle="--", label=f"{name}, left")
     axes.set_ylabel("DCM [mm]")
-    axes.legend(loc="upper left", ncols=2)
+    axes.legend(loc="upper right", ncols=2)
 
 
 def _draw_loads(axes: Axes, context: RunContext) -> None:

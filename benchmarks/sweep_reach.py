@@ -146,7 +146,7 @@ def outcome_of(run: Run, stands: bool) -> Outcome:
         wrong.append(f"the reference still moves, by {fastest:.2f} rad/s")
     if not any(TOLD[0] in one or TOLD[1] in one for one in summary["changes"]):
         wrong.append("nobody was told")
-    if miss > SHORT and (summary["passed"] or len(wrong) == len(summary["impossible"])):
+    if miss > SHORT and not any(AS_FAR in one for one in summary["impossible"]):
         wrong.append("the verdict does not say that the hand did not get there")
     return Outcome(tuple(wrong), fastest, miss, height, peak)
 

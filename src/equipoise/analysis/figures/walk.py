@@ -67,7 +67,7 @@ def walk_figure(context: RunContext) -> Figure | None:
     for axes in column[:-1]:
         axes.set_xlabel("")
         axes.tick_params(labelbottom=False)
-    column[2].legend(loc="center left")
+    column[2].legend(loc="center left", frameon=True, framealpha=0.85, edgecolor="none")
     return figure
 
 

@@ -22,6 +22,7 @@ tasks:
     kind: frame_path
     frame: right_palm
     rate: 3.0
+    calm: false
     priority: 2
     window: [0.1, 0.9]
     ramp: 0.2

@@ -126,5 +126,5 @@ def test_a_reach_for_other_joints_is_refused(hrp2):
         Reach(hrp2, DT, weights=np.ones(3))
     with pytest.raises(InputError, match="fastest"):
         Reach(hrp2, DT, fastest=np.zeros(hrp2.na))
-    with pytest.raises(InputError, match="needs the robot"):
+    with pytest.raises(InputError, match="must be a Robot"):
         Reach("hrp2", DT)

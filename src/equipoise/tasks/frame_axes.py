@@ -122,8 +122,12 @@ class FrameAxesTask(AimedTask):
 
 
 def require_axes(name: str, axes: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
-    """Return the axes of a task, each once. Raises: `InputError`, `NameNotFoundError`."""
-    given = names_of(f"the axes of task {name!r}", axes)
+    """Return the axes of a task, each once; "xz" is short for ("x", "z").
+
+    Raises: `InputError`, `NameNotFoundError`.
+    """
+    letters = tuple(axes) if isinstance(axes, str) else axes
+    given = names_of(f"the axes of task {name!r}", letters)
     for axis in given:
         if axis not in known:
             raise NameNotFoundError(f"axis of task {name!r} named", axis, known)

@@ -199,7 +199,7 @@ class RigidContactEngine(NoObjects):
 
     def weigh(self, robot: Robot) -> None:
         """Let every link weigh what it does in `robot`, a copy of this one, from now on."""
-        self.robot = robot
+        self.robot, self._dynamics = robot, JointDynamics(robot.model)
 
     def support(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
         """Raise: `InputError`. These contacts hold both ways, for as long as the run lasts."""

@@ -186,12 +186,14 @@ def _along(name: str, spec: schema.AlongSpec, path: PoseTrajectory, setup: Setup
     return path
 
 
-def _reach(scenario: schema.Scenario, setup: Setup, spec: schema.FramePathSpec) -> Reach:
-    """Return how the frame goes for targets that it is behind.
+def _reach(scenario: schema.Scenario, setup: Setup, spec: schema.FramePathSpec) -> Reach | None:
+    """Return how the frame goes for targets that it is behind, None where nobody asks.
 
     Joints count by the inertia they move, from 1 kg m^2 on: an arm before a leg.
     """
     robot = setup.robot
+    if not spec.calm and spec.pull is None and spec.pull_turn is None and spec.damping is None:
+        return None
     weights = np.maximum(borne_inertia(robot, robot.q_half_sitting), 1.0) ** HEAVY
     given = {"pull": spec.pull, "pull_turn": spec.pull_turn, "damping": spec.damping}
     more: dict[str, Any] = {name: value for name, value in given.items() if value is not None}

@@ -57,7 +57,7 @@ class FramePathSpec(AlongSpec):
     are the most that is asked of the frame to come back when it is behind, and `damping` calms its
     joints then. `calm`: no joint turns quickly, whatever the frame is asked for. Left out it is
     true where a waypoint turns out to be out of reach before the run; the way is then bounded to
-    0.5 m/s and 1 m/s^2 (1 rad/s, 2 rad/s^2) where the file says nothing else.
+    0.5 m/s and 0.7 m/s^2 (1 rad/s, 1.4 rad/s^2) where the file says nothing else.
     """
 
     kind: Literal["frame_path", "frame_way"]

@@ -6,12 +6,14 @@ import importlib
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from equipoise.robots import named_robots
 from equipoise.scenarios import read_scenario
 from equipoise.scenarios.read import parse_scenario
-from equipoise.simulation.build.assemble import assemble_controls
+from equipoise.simulation.build import assemble as assembling
+from equipoise.simulation.build.assemble import Prepared, assemble_controls
 
 ROOT = Path(__file__).parents[2]
 
@@ -60,3 +62,20 @@ def test_what_is_within_reach_is_left_as_it_is():
     assert controls.scenario == spec
     assert controls.misses == ()
     assert controls.levels[2][1].reach is None
+
+
+@pytest.mark.parametrize("robot", ["hrp2", "g1"])
+def test_runs_that_share_their_start_look_out_once(sweep, robot, monkeypatch):
+    """What a prepared run is given is what it would find: same scenario, levels and gains."""
+    if named_robots()[robot].missing:
+        pytest.skip(f"{robot} is not installed")
+    scenario = parse_scenario(sweep.Case(robot, "rigid", "up", 0.5).text())
+    first = assemble_controls(scenario)
+    assert first.misses
+    assert first.outlook.ahead
+    monkeypatch.setattr(assembling, "missed_waypoints", None)
+    monkeypatch.setattr(assembling, "look_ahead", None)
+    again = assemble_controls(scenario, Prepared(first.setup.robot, first.q_start, first.outlook))
+    assert again.scenario == first.scenario
+    assert again.misses == first.misses
+    assert np.array_equal(again.advice.K_d, first.advice.K_d)

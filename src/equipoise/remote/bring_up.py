@@ -9,7 +9,7 @@ import numpy as np
 
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.trajectories.minimum_jerk import step
+from equipoise.trajectories.minimum_jerk import FASTEST, step
 from equipoise.wire.health import HOTTEST_AT_START, trouble
 from equipoise.wire.interface import (
     CommandMode,
@@ -21,11 +21,10 @@ from equipoise.wire.interface import (
 )
 
 NEAR, FAR = 0.01, 1.0  # [rad] of a joint: what is left as it is, what is too far
-FASTEST = 0.3  # [rad/s] of the joint that has the longest way
+SPEED = 0.3  # [rad/s] of the joint that has the longest way
 SHORTEST, SETTLING, CORRECTING = 1.0, 1.0, 0.2  # [s]
 ASTRAY = 0.3  # [rad] that a joint may be from where it is led
 RESEND, SILENCE = 0.02, 1.0  # [s]
-PEAK = 1.875  # of the speed of minimum jerk, by its mean
 
 
 class BroughtUp:
@@ -82,7 +81,7 @@ class BroughtUp:
         ready = state.mode is RobotMode.WAITING and not self._unfit(state)
         if not (ready and NEAR < length <= FAR):
             return state
-        began, takes = state.t, max(PEAK * length / FASTEST, SHORTEST)
+        began, takes = state.t, max(FASTEST * length / SPEED, SHORTEST)
         sag, last = np.zeros_like(way), state.t  # what servos leave under load is corrected
         while state.t - began < takes + SETTLING:
             posture = start + way * step(min((state.t - began) / takes, 1.0))

@@ -92,9 +92,12 @@ class Runner:
     def simulation(self, run: StudyRun) -> Simulation:
         """Return a run ready to run; what it shares with earlier ones is taken from them."""
         scenario = self.scenario(run)
-        key = scenario.model_dump_json(exclude=NOT_OF_THE_START) + f"{scenario.control.period}"
+        control = scenario.control
+        key = scenario.model_dump_json(exclude=NOT_OF_THE_START)
+        key += f"{scenario.duration} {control.period} {control.contact_rate} {control.solver}"
         simulation = Simulation(scenario, self._prepared.get(key))
-        self._prepared.setdefault(key, Prepared(simulation.robot, simulation.assembly.q_start))
+        found = simulation.assembly
+        self._prepared.setdefault(key, Prepared(simulation.robot, found.q_start, found.outlook))
         return simulation
 
     def try_out(self, run: StudyRun) -> None:

@@ -13,13 +13,12 @@ from equipoise.given import require_kind
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, positive, real_number
 from equipoise.spatial.poses import rigid
-from equipoise.trajectories.minimum_jerk import share_of, step, step_bend, step_rate
+from equipoise.trajectories.minimum_jerk import FASTEST, share_of, step, step_bend, step_rate
 from equipoise.trajectories.quintic import powers_between
 
 RISE = 0.45  # share of the swing in which the foot goes up
 LONGEST = 600.0  # [s] of a foot in the air
 ACROSS = (0.02, 0.96)  # shares of the swing between which it goes across and turns
-FASTEST = 1.875  # greatest rate of a minimum-jerk step
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,14 @@ from equipoise.simulation.build.levels import (
     build_start_levels,
     tell_slowed,
 )
-from equipoise.simulation.build.reach import Miss, calmed, look_ahead, missed_waypoints, ways_of
+from equipoise.simulation.build.reach import (
+    Miss,
+    Outlook,
+    calmed,
+    look_ahead,
+    missed_waypoints,
+    ways_of,
+)
 from equipoise.simulation.build.rehearse import rehearse
 from equipoise.simulation.build.rivals import known_robot, tuned_rival
 from equipoise.simulation.build.setup import Setup, build_setup
@@ -49,7 +56,7 @@ class Controls:
     """Everything of one run but the plant.
 
     `q_start` (nq,) is the starting posture, `advice` what the gain adviser said, `told` what was
-    told before the run, `walk` how it walks, if it does, `misses` which waypoints are out of reach.
+    told before the run, `walk` how it walks, if it does, `outlook` what was found of its ways.
     """
 
     scenario: schema.Scenario
@@ -60,7 +67,12 @@ class Controls:
     controller: WholeBodyController
     told: tuple[str, ...] = ()
     walk: WalkSetup | None = None
-    misses: tuple[Miss, ...] = ()
+    outlook: Outlook
+
+    @property
+    def misses(self) -> tuple[Miss, ...]:
+        """Which waypoints are out of reach."""
+        return self.outlook.misses
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,11 +91,13 @@ class Assembly(Controls):
 class Prepared:
     """What runs that differ in nothing but controller, physics and faults share.
 
-    The robot as it was loaded, and the starting posture (nq,) that was found for it.
+    The robot as it was loaded, the starting posture (nq,) that was found for it, and what was found
+    of its ways; None: it has to be found.
     """
 
     robot: Robot
     q_start: Array
+    outlook: Outlook | None = None
 
 
 def assemble(scenario: schema.Scenario, prepared: Prepared | None = None) -> Assembly:
@@ -108,21 +122,17 @@ def assemble_controls(scenario: schema.Scenario, prepared: Prepared | None = Non
     walk = build_walk(scenario, setup)
     levels = build_levels(scenario, setup, walk)
     q_start = prepared.q_start if prepared is not None else starting_posture(scenario, setup, walk)
-    misses = missed_waypoints(scenario, setup, levels, q_start)
-    calm, ways = [miss.task for miss in misses], ways_of(scenario, setup)
-    if ways and not calm and look_ahead(scenario, setup, levels, q_start).room(setup) < 0.0:
-        calm = ways
-    ahead: list[Array] = []
-    if calm:
-        scenario = calmed(scenario, calm)
+    outlook = prepared.outlook if prepared is not None else None
+    if outlook is None:
+        outlook = _look_out(scenario, setup, walk, levels, q_start)
+    if outlook.calm:
+        scenario = calmed(scenario, outlook.calm)
         levels = build_levels(scenario, setup, walk)
-        if walk is None:
-            ahead = look_ahead(scenario, setup, levels, q_start).postures
     told = tell_slowed(scenario)
     if prepared is None:
         told = (*told, *_tell(rehearse(scenario, setup, q_start)))
     check_contacts(setup, q_start, setup.reference_schedule.at(0.0))
-    advice = advise(scenario, setup, q_start, ahead)
+    advice = advise(scenario, setup, q_start, outlook.ahead)
     controller = WholeBodyController(
         setup.robot,
         levels,
@@ -142,8 +152,27 @@ def assemble_controls(scenario: schema.Scenario, prepared: Prepared | None = Non
         controller=controller,
         told=told,
         walk=walk,
-        misses=misses,
+        outlook=outlook,
     )
+
+
+def _look_out(
+    scenario: schema.Scenario,
+    setup: Setup,
+    walk: WalkSetup | None,
+    levels: list[list[Task]],
+    q_start: Array,
+) -> Outlook:
+    """Find which waypoints are missed, which ways have to be calm, and where those come by."""
+    misses = missed_waypoints(scenario, setup, levels, q_start)
+    calm, ways = [miss.task for miss in misses], ways_of(scenario, setup)
+    if ways and not calm and look_ahead(scenario, setup, levels, q_start).room(setup) < 0.0:
+        calm = ways
+    if not calm or walk is not None:
+        return Outlook(misses, tuple(calm))
+    scenario = calmed(scenario, calm)
+    ahead = look_ahead(scenario, setup, build_levels(scenario, setup), q_start).postures
+    return Outlook(misses, tuple(calm), tuple(ahead))
 
 
 def assemble_plant(

@@ -57,6 +57,18 @@ class Miss:
         )
 
 
+@dataclass(frozen=True)
+class Outlook:
+    """What is found of a run's ways before it: the `misses`, and by name which ways are `calm`.
+
+    `ahead` are the postures (nq,) that the reference of calm ways will come by.
+    """
+
+    misses: tuple[Miss, ...] = ()
+    calm: tuple[str, ...] = ()
+    ahead: tuple[Array, ...] = ()
+
+
 def missed_waypoints(
     scenario: schema.Scenario, setup: Setup, levels: list[list[Task]], q_start: Array
 ) -> tuple[Miss, ...]:

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from equipoise.remote.bring_up import FAR, FASTEST, PEAK, SETTLING, BroughtUp
+from equipoise.remote.bring_up import FAR, FASTEST, SETTLING, SPEED, BroughtUp
 from equipoise.remote.drive import RemoteRun
 from equipoise.remote.far_end import FarEnd, FarEndSettings
 from equipoise.scenarios import read_scenario
@@ -74,13 +74,13 @@ def test_it_is_led_slowly_and_then_driven_from_time_zero():
     led = [one for one in link.told if one.mode is CommandMode.POSTURE]
     assert len(led) == len(link.told)  # no torque until it is driven
     speeds = np.diff([one.posture for one in led], axis=0) / scenario().control.period
-    assert np.abs(speeds).max() == pytest.approx(min(FASTEST, PEAK * 0.2), rel=0.3)
+    assert np.abs(speeds).max() == pytest.approx(min(SPEED, FASTEST * 0.2), rel=0.3)
     assert np.abs(speeds[[0, -1]]).max() < 0.05
     off = prepared().q_start[7:] - link.robot.q[7:]
     assert np.abs(off).max() < 0.01
     assert {state.mode for state in link.said} == {RobotMode.WAITING}
     assert np.abs(link.robot.q[:3] - prepared().q_start[:3]).max() < 0.005
-    takes = max(PEAK * 0.2 / FASTEST, 1.0) + SETTLING
+    takes = max(FASTEST * 0.2 / SPEED, 1.0) + SETTLING
     assert link.robot.t == pytest.approx(takes, abs=0.01)
     times = [t for t, _ in run.ticks()]
     assert len(times) == 100

@@ -14,8 +14,10 @@ from test_mjcf import FLOATING
 from arms import arm_urdf
 from equipoise.cli import cli
 from equipoise.contacts import SupportPolygon
+from equipoise.motion import InverseKinematics
 from equipoise.robots import Robot, check_urdf, load_robot
 from equipoise.robots.guess import guess_yaml
+from equipoise.tasks import FramePoseTask
 
 
 def completed(urdf: Path) -> Robot:
@@ -93,3 +95,41 @@ def test_the_command_prints_it(tmp_path: Path) -> None:
     assert CliRunner().invoke(cli, ["robots", "new"]).exit_code != 0
     assert CliRunner().invoke(cli, ["robots", "hrp2", "talos"]).exit_code != 0
     shutil.rmtree(tmp_path)
+
+
+ROVER = """
+<mujoco model="rover">
+  <worldbody>
+    <body name="chassis" pos="0 0 0.15">
+      <freejoint/>
+      <geom type="box" size="0.3 0.2 0.05" mass="20"/>
+      <body name="wl" pos="0 0.25 -0.05">
+        <joint name="wheel_l" axis="0 1 0"/><geom type="cylinder" size="0.1 0.03" mass="1"/>
+      </body>
+      <body name="wr" pos="0 -0.25 -0.05">
+        <joint name="wheel_r" axis="0 1 0"/><geom type="cylinder" size="0.1 0.03" mass="1"/>
+      </body>
+      <body name="link1" pos="0 0 0.05">
+        <joint name="j1" axis="0 0 1" range="-3 3" limited="true"/>
+        <geom type="capsule" fromto="0 0 0 0.4 0 0.1" size="0.05" mass="3"/>
+        <site name="tool" pos="0.4 0 0.1"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_a_rover_drives_in_the_plane_and_its_wheels_are_no_hands(tmp_path: Path) -> None:
+    (tmp_path / "rover.xml").write_text(ROVER)
+    text = guess_yaml(tmp_path / "rover.xml")
+    assert "base: planar" in text and "frame: tool" in text and "wheel_l_hand" not in text
+    (tmp_path / "rover.yaml").write_text(text)
+    robot = load_robot(tmp_path / "rover.yaml")
+    assert robot.joint_names == ("base_x", "base_y", "base_yaw", "j1")
+    assert robot.mass == pytest.approx(25.0)
+    target = robot.at(robot.q_half_sitting).placement("tool").copy()
+    target.translation += np.array([1.0, -0.5, 0.0])
+    ik = InverseKinematics(robot, [FramePoseTask("tool", "tool", target)])
+    there = robot.at(ik.settle().q_ref).placement("tool")
+    assert np.linalg.norm(there.translation - target.translation) < 1e-3

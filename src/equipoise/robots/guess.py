@@ -20,6 +20,7 @@ FOOT = ("sole", "foot", "ankle", "toe", "calf", "shank", "wrist_roll_leg")
 HAND = ("tcp", "tool0", "tool", "ee_link", "palm", "gripper", "hand", "wrist")
 HEAD = ("head", "neck", "camera")
 FINGER = ("finger", "thumb", "knuckle", "gripper", "hand_")
+WHEEL = ("wheel", "caster", "castor")
 POSTURES = ("half_sitting", "standing", "stand", "home")  # by habit
 FLAT = 0.03  # [m] a sole is at least this long and wide
 LOW = 0.02  # [m] above the lowest point that a shape may touch the ground
@@ -40,7 +41,7 @@ def guess_yaml(path: str | Path) -> str:
         f"{'mjcf' if Path(path).suffix == '.xml' else 'urdf'}: {Path(path).name}",
     ]
     floats = bool(robot.nv_base) and bool(legs)
-    lines.append(f"base: {'floating' if floats else 'fixed'}  # {_reason(robot, legs)}")
+    lines.append(f"base: {_base(robot, legs)}")
     if floats:
         lines += _standing(robot, legs)
     lines += _palms(robot, arms)
@@ -55,17 +56,28 @@ def ends_of_arms(robot: Robot) -> tuple[str, ...]:
     return tuple(_frame_at(robot, joint, HAND) for joint in arms)
 
 
-def _reason(robot: Robot, legs: list[int]) -> str:
+def _base(robot: Robot, legs: list[int]) -> str:
+    """Return the kind of base with the reason."""
     if not robot.nv_base:
-        return "as the file says"
-    return f"{len(legs)} legs were found" if legs else "no legs were found"
+        return "fixed  # as the file says"
+    if legs:
+        return f"floating  # {len(legs)} legs were found"
+    wheels = _named(robot, WHEEL)
+    if wheels:
+        return f"planar  # {len(wheels)} wheels were found: taken to drive in any direction"
+    return "fixed  # no legs were found"
+
+
+def _named(robot: Robot, words: Iterable[str]) -> list[str]:
+    """Return the joints whose name has one of the words."""
+    return [name for name in robot.joint_names if any(word in name.lower() for word in words)]
 
 
 def _ends(robot: Robot) -> list[int]:
-    """Return the joints that carry no other, fingers left out: each is the end of a limb."""
+    """Return the joints that carry no other, but fingers and wheels: each is the end of a limb."""
     model = robot.model
     names = {j: str(model.names[j]).lower() for j in range(robot.base.first_joint, model.njoints)}
-    limbs = [j for j, name in names.items() if not any(word in name for word in FINGER)]
+    limbs = [j for j, name in names.items() if not any(word in name for word in FINGER + WHEEL)]
     parents = {model.parents[j] for j in limbs}
     return [j for j in limbs if j not in parents]
 
@@ -174,11 +186,11 @@ def _palms(robot: Robot, arms: list[int]) -> list[str]:
 
 
 def _locked(robot: Robot) -> list[str]:
-    fingers = [n for n in robot.joint_names if any(word in n.lower() for word in FINGER)]
-    if not fingers:
+    fingers, wheels = _named(robot, FINGER), _named(robot, WHEEL)
+    if not fingers and not wheels:
         return []
-    lines = ["locked:  # fingers: many joints that no task here needs"]
-    for name in fingers:
+    lines = ["locked:  # fingers and wheels: joints that no task here needs"]
+    for name in [*fingers, *wheels]:
         k = robot.joint_index(name)
         lines.append(f"  {name}: {float(np.clip(0.0, robot.q_min[k], robot.q_max[k])):.4g}")
     return lines

@@ -123,7 +123,9 @@ ROVER = """
 def test_a_rover_drives_in_the_plane_and_its_wheels_are_no_hands(tmp_path: Path) -> None:
     (tmp_path / "rover.xml").write_text(ROVER)
     text = guess_yaml(tmp_path / "rover.xml")
-    assert "base: planar" in text and "frame: tool" in text and "wheel_l_hand" not in text
+    assert "base: planar" in text
+    assert "frame: tool" in text
+    assert "wheel_l_hand" not in text
     (tmp_path / "rover.yaml").write_text(text)
     robot = load_robot(tmp_path / "rover.yaml")
     assert robot.joint_names == ("base_x", "base_y", "base_yaw", "j1")

@@ -68,12 +68,24 @@ def polygon_of(feet: Sequence[Contact]) -> SupportPolygon:
     return SupportPolygon.of_points(np.vstack(points))
 
 
+def ground_of(feet: Sequence[Contact]) -> float:
+    """Return the height [m] of the lowest sole or point that stands, 0 if there is none."""
+    heights: list[float] = []
+    for foot in feet:
+        if isinstance(foot, SoleContact):
+            heights.append(float(foot.T_world_anchor.translation[2]))
+        elif isinstance(foot, PointContact):
+            heights.append(float(foot.p_world[2]))
+    return min(heights, default=0.0)
+
+
 def usual_levels(
     robot: Robot, q: Array, contacts: Sequence[Contact], wishes: Wishes, margin: float
 ) -> list[list[Task]]:
     """Return contacts; joint limits and balance; the wishes, a level each; the posture `q` (nq,).
 
-    Balance keeps the centre of mass `margin` [m] inside the polygon of the supporting contacts.
+    Balance keeps the centre of mass `margin` [m] inside the polygon of the supporting contacts,
+    leaning into what hands press.
     What the wishes hold of posture, limits or balance, by kind, is theirs and not added.
     Raises: `InputError`.
     """
@@ -86,7 +98,12 @@ def usual_levels(
     if JointLimitsTask not in has:
         keep.append(JointLimitsTask("limits", robot, rate=5.0))
     if supports and ComPolygonTask not in has:
-        keep.append(ComPolygonTask("balance", polygon_of(supports), margin=margin, rate=3.0))
+        ground = ground_of(supports)
+        keep.append(
+            ComPolygonTask(
+                "balance", polygon_of(supports), margin=margin, leans=True, height=ground
+            )
+        )
     levels: list[list[Task]] = []
     if contacts:
         levels.append([ContactTask("contacts", ContactStack(contacts))])

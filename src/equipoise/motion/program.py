@@ -32,7 +32,14 @@ from equipoise.motion.memory import (
 )
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks import AvoidanceTask, ContactTask, KernelTask, Task
+from equipoise.tasks import (
+    AvoidanceTask,
+    ComPolygonTask,
+    ContactTask,
+    FloorSupportTask,
+    KernelTask,
+    Task,
+)
 from equipoise.tasks.view import COM_POINT, COM_POLYGON, FLOOR_SUPPORT, MOMENTUM
 from equipoise.trajectories import Fade
 from equipoise.trajectories.targets import TargetList, write_given
@@ -143,7 +150,16 @@ class MotionProgram:
             f"search{k}.{name}" for k in range(len(self.fades) + 1) for name in SEARCH_MEMORY
         )
         live = ("targets.numbers",) if self.targets.live else ()
-        return ("reference.q", "tasks.v_ref", "tasks.clock", *searches, *live)
+        lean = ("tasks.numbers",) if self.leans else ()
+        return ("reference.q", "tasks.v_ref", "tasks.clock", *searches, *live, *lean)
+
+    @property
+    def leans(self) -> bool:
+        """Whether balance leans into what hands press: then numbers of tasks change."""
+        return any(
+            isinstance(one.task, ComPolygonTask | FloorSupportTask) and one.task.leans
+            for one in self.kernel_tasks
+        )
 
     def fill(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:
         """Write the constants; `number_of` a frame is its number in the tree."""

@@ -10,6 +10,7 @@ from equipoise.compiled import compiled, scratch
 from equipoise.compiled.workspace import integers, vector
 from equipoise.contacts import SupportPolygon
 from equipoise.errors import InputError
+from equipoise.given import require_kind
 from equipoise.hqp import Block, Hierarchy, RowDescription
 from equipoise.kinematics import Kinematics
 from equipoise.kinematics.kernels import COM, MOMENTUM_RATE, VELOCITY
@@ -24,7 +25,7 @@ from equipoise.tasks.com_polygon import GRAVITY, require_margin
 from equipoise.tasks.view import FLOOR_SUPPORT, TaskView
 
 # entries of the numbers; from EDGES on three an edge
-HEIGHT, PERIOD, SCALE, LEAST, EDGES = range(5)
+HEIGHT, LEANS, PERIOD, SCALE, LEAST, LEAN_X, LEAN_Y, LIFTED, EDGES = range(9)
 
 
 @compiled
@@ -56,13 +57,14 @@ def support_rows(task: TaskView) -> None:
             A[at + count, c] += p[2] / mass
             task.lower[at + count] += p[2] / mass * v[c]
     com = vector(task.state, COM)
-    Mx = rate[3] + height * rate[1] + weight * com[1]
-    My = rate[4] - height * rate[0] - weight * com[0]
+    Mx = rate[3] + height * rate[1] + weight * (com[1] - numbers[LEAN_Y])
+    My = rate[4] - height * rate[0] - weight * (com[0] - numbers[LEAN_X])
+    Fz = rate[2] + weight * (1.0 - numbers[LIFTED])
     for i in range(count):
         n = numbers[EDGES + 3 * i : EDGES + 3 * i + 3]
-        push = n[2] * (rate[2] + weight) + n[0] * My - n[1] * Mx
+        push = n[2] * Fz + n[0] * My - n[1] * Mx
         task.lower[at + i] -= dt * scale * push
-    task.lower[at + count] -= dt * (rate[2] / mass + (1.0 - numbers[LEAST]) * GRAVITY)
+    task.lower[at + count] -= dt * (Fz / mass - numbers[LEAST] * GRAVITY)
 
 
 class FloorSupportTask(KernelTask):
@@ -76,7 +78,8 @@ class FloorSupportTask(KernelTask):
     of the centre of mass at half-sitting, so that it is a velocity [m/s]. One more row keeps the
     whole push above `least` times the weight: who is in free fall has no point of zero moment.
     It bounds how the centre of mass may speed up, `ComPolygonTask` where it may be: its margin has
-    to be the larger one, or nothing is left to brake with.
+    to be the larger one, or nothing is left to brake with. If it `leans`, what hands are asked to
+    press counts.
     Source: Vukobratovic and Borovac 2004 for the point of zero moment; Orin, Goswami and Lee 2013
     for the centroidal momentum.
     Raises: `InputError`.
@@ -97,8 +100,11 @@ class FloorSupportTask(KernelTask):
         height: float = 0.0,
         margin: float = 0.01,
         least: float = 0.3,
+        leans: bool = True,
     ) -> None:
         super().__init__(name)
+        require_kind(f"whether task {name!r} leans", leans, bool)
+        self.leans = leans
         require_robot(f"the robot of task {name!r}", robot)
         self.polygon, self.period = polygon, require_period(period)
         self.height = real_number(f"the height of the floor of task {name!r}", height)
@@ -131,9 +137,10 @@ class FloorSupportTask(KernelTask):
 
     @property
     def numbers(self) -> Array:
-        """Height, period, scale and least push, then normal (2) and moved offset of each edge."""
+        """What the kernel needs, in the order of its entries."""
         edges = np.column_stack((self.polygon.normals, self.polygon.offsets - self.margin))
-        return np.concatenate(([self.height, self.period, self.scale, self.least], edges.ravel()))
+        begin = [self.height, float(self.leans), self.period, self.scale, self.least]
+        return np.concatenate((begin, np.zeros(3), edges.ravel()))
 
     def error(self, kin: Kinematics, t: float) -> Array:
         """Return how far [m] the centre of mass is beyond each edge: there a floor cannot hold it.

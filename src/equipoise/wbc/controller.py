@@ -46,7 +46,7 @@ from equipoise.trajectories import Fade
 from equipoise.trajectories.scalars import Scalar, fill_scalars, scalar_shapes
 from equipoise.wbc.command import WholeBodyCommand
 from equipoise.wbc.doors import Forces, LoopSettings, Opened, Wish, mount, stand
-from equipoise.wbc.memory import FADING, PERIOD, POSTURE_ERROR, TILT, meeting_shapes
+from equipoise.wbc.memory import FADING, LEANING, PERIOD, POSTURE_ERROR, TILT, meeting_shapes
 from equipoise.wbc.settings import ControlSettings
 from equipoise.wbc.supports import Supports
 from equipoise.wbc.tick import (
@@ -210,6 +210,7 @@ class WholeBodyController:
                 *motion.program.memory,
                 *program.memory,
                 *(("scalars.numbers",) if self.wants.live else ()),
+                *(("meeting.asked_forces",) if motion.program.leans else ()),
             ),
             STAGES,
         )
@@ -261,6 +262,7 @@ class WholeBodyController:
         meeting.numbers[PERIOD] = self.dt
         meeting.numbers[POSTURE_ERROR], meeting.numbers[TILT] = limits.posture_error, limits.tilt
         meeting.flags[FADING] = bool(self.motion.fades)
+        meeting.flags[LEANING] = self.motion.program.leans
         if self.settings.governor is not None:
             self.settings.governor.write(self.workspace.parts["tasks"])
         robot = self.robot
@@ -316,6 +318,17 @@ class WholeBodyController:
         return np.maximum(wanted, self.workspace.parts["scalars"].least[: len(self.wants.scalars)])
 
     @property
+    def asked(self) -> Array:
+        """The multipliers that the law was asked for (k,): behind `wanted` while the robot leans.
+
+        Zero for what does not hold. Where no balance task `leans` they are what is wanted.
+        """
+        parts = self.workspace.parts
+        asked = np.zeros(len(self.wants.scalars))
+        asked[self._wanted_held] = parts["law"].lam_ref[: len(self._wanted_held)]
+        return asked
+
+    @property
     def offsets(self) -> Array:
         """What a person adds to the wanted multipliers (k,), in the order of `rows`."""
         return self.workspace.parts["scalars"].offsets[: len(self.wants.scalars)]
@@ -356,6 +369,9 @@ class WholeBodyController:
     def _in_parts(self, t: float, q: Array, v: Array, lam: Array) -> WholeBodyCommand:
         """Run a tick in which Python has a say: in tasks, solver, contacts, controller or mode."""
         self.motion.solve(self.followed_at)
+        if self.law is None and self.motion.program.leans:  # else the law has written them
+            kin = self.robot.at(self.workspace.parts["reference"].q)
+            self.workspace.parts["law"].J[: self._rows_held] = self._held.jacobian(kin)
         result = np.empty(self._size)
         tick(*self._blocks, t, q, v, lam, WANT, result)
         if self.law is None or self.law.asks_python or self.supervisor.mode is not Mode.RUN:

@@ -34,10 +34,12 @@ from equipoise.motion.kernels import MotionBlocks, motion_begin, move_on, solve_
 from equipoise.motion.memory import CLOCK, CLOCK_TIME, GOVERNED
 from equipoise.motion.memory import V_REF as MOTION_V_REF
 from equipoise.trajectories.scalars import evaluate_scalars, wanted_now
+from equipoise.wbc.leaning import lean
 from equipoise.wbc.memory import (
     FADING,
     FASTEST,
     FLAGS,
+    LEANING,
     NUMBERS,
     PERIOD,
     POSTURE_ERROR,
@@ -121,6 +123,8 @@ def want(m: MotionBlocks, scalars: Block, law: Block, meeting: Block, t: float) 
     wanted, lam_ref = integers(meeting, WANTED_OF), vector(law, LAM_REF)
     for i in range(integers(law, LAW_FLAGS)[REGULATED_COUNT]):
         lam_ref[i] = wanted_now(scalars, wanted[i])
+    if integers(meeting, FLAGS)[LEANING]:
+        lean(m, law, meeting, vector(meeting, NUMBERS)[PERIOD])
 
 
 @compiled

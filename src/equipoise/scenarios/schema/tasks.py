@@ -89,11 +89,16 @@ class HandOnObjectSpec(TaskBase):
 
 
 class ComPolygonSpec(TaskBase):
-    """Centre of mass inside the polygon of the sole contacts, moved in by `margin`."""
+    """Centre of mass inside the polygon of the sole contacts, moved in by `margin`.
+
+    If it `leans`, the polygon moves with what hands are wanted to press, and what they are asked
+    waits until the robot bears it. Not under a walk, which leans by itself.
+    """
 
     kind: Literal["com_polygon"]
     margin: NotNegative = 0.02
     rate: Positive = 3.0
+    leans: bool = False
 
 
 class JointLimitsSpec(TaskBase):
@@ -130,11 +135,13 @@ class JointAccelerationsSpec(TaskBase):
 class FloorSupportSpec(TaskBase):
     """The floor only has to push: where it pushes stays `margin` inside the soles' polygon.
 
-    At least `least` of the weight stays on the soles. Less margin than that of com_polygon.
+    At least `least` of the weight stays on the soles. Less margin than that of com_polygon. What
+    hands are wanted to press counts if it `leans`.
     """
 
     kind: Literal["floor_support"]
     margin: NotNegative = 0.01
+    leans: bool = True
     least: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
 
 

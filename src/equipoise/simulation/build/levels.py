@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import PointContact, SoleContact, SupportPolygon
+from equipoise.contacts import SupportPolygon
 from equipoise.errors import AdviceWarning, InputError, NameNotFoundError, ScenarioError
 from equipoise.motion import advise_accelerations, borne_inertia
+from equipoise.motion.levels import ground_of
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.simulation.build.fades import build_fades, contact_tasks
@@ -249,7 +250,10 @@ def _approach(task: FramePoseTask, setup: Setup) -> Task:
 def _com_polygon(
     name: str, spec: schema.ComPolygonSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
-    return ComPolygonTask(name, _polygon(name, setup), margin=spec.margin, rate=spec.rate)
+    return ComPolygonTask(
+        name, _polygon(name, setup), margin=spec.margin, rate=spec.rate,
+        leans=spec.leans, height=ground_of(setup.soles.contacts),
+    )  # fmt: skip
 
 
 def _polygon(name: str, setup: Setup) -> SupportPolygon:
@@ -285,22 +289,15 @@ def _joint_accelerations(
 def _floor_support(
     name: str, spec: schema.FloorSupportSpec, scenario: schema.Scenario, setup: Setup
 ) -> Task:
-    polygon = _polygon(name, setup)
-    heights = [
-        contact.T_world_anchor.translation[2]
-        if isinstance(contact, SoleContact)
-        else contact.p_world[2]
-        for contact in setup.soles.contacts
-        if isinstance(contact, SoleContact | PointContact)
-    ]
     return FloorSupportTask(
         name,
         setup.robot,
-        polygon,
+        _polygon(name, setup),
         scenario.control.period,
-        height=float(min(heights)),
+        height=ground_of(setup.soles.contacts),
         margin=spec.margin,
         least=spec.least,
+        leans=spec.leans,
     )
 
 

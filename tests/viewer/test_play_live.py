@@ -125,6 +125,7 @@ def test_what_has_no_palms_is_dragged_by_its_end_or_its_trunk(tmp_path: Path, na
         pytest.skip("needs the extra 'robots'")
     session = LiveSession(load_example(tmp_path, name), "rigid")
     (frame,) = session.all_hands
+    assert not session.feet  # soles alone are lifted
     session.drag(frame, session.targets[frame] + [0.01, 0.0, 0.015])
     session.run(1.2)
     assert not session.ended

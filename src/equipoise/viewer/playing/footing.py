@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from enum import Enum
 
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import PointContact, SoleContact, SupportPolygon
+from equipoise.contacts import SoleContact, SupportPolygon
 from equipoise.kinematics import Kinematics
 from equipoise.motion.levels import polygon_of
 from equipoise.robots import Robot
@@ -17,15 +16,13 @@ from equipoise.spatial import Array
 from equipoise.tasks import (
     ComPolygonTask,
     ComTask,
-    FrameAxesTask,
     FramePoseTask,
     JointLimitsTask,
     Task,
 )
+from equipoise.viewer.playing.foot_places import Foot, centre_of, moved, place_of
 from equipoise.viewer.playing.lead import Lead, Pace
 from equipoise.walking.pieces import derivative, move, value
-
-Foot = SoleContact | PointContact
 
 BEGINS = 0.02  # [m] from which on a dragged foot is lifted
 CLEAR, LOW = 0.04, 0.015  # [m] above its floor: how it is carried, and as good as put down
@@ -69,8 +66,8 @@ class Footing:
         self._anchor = pin.SE3.Identity()
         self._lead: Lead | None = None
         self._com: ComTask | None = None
-        self._task: FrameAxesTask | FramePoseTask | None = None
-        self.lifts = len(feet) > 1 and all(_supports(self._others(name)) for name in self.feet)
+        self._task: FramePoseTask | None = None
+        self.lifts = len(feet) > 1 and all(isinstance(foot, SoleContact) for foot in feet)
 
     @property
     def carrying(self) -> tuple[str, ...]:
@@ -112,10 +109,7 @@ class Footing:
         T = kin.placement(self.feet[self.foot].frame)
         p = kin.p_world_com
         self._com = ComTask("balance", np.array(p), axes=("x", "y"))
-        if isinstance(self.feet[self.foot], SoleContact):
-            self._task = FramePoseTask(self.foot, self.feet[self.foot].frame, T)
-        else:
-            self._task = FrameAxesTask(self.foot, self.feet[self.foot].frame, T)
+        self._task = FramePoseTask(self.foot, self.feet[self.foot].frame, T)
         return [limits, [self._com], [self._task]]
 
     def drag(self, name: str, place: Array) -> None:
@@ -155,7 +149,8 @@ class Footing:
         self.feet[self.foot] = moved(foot, T_world_foot)
         self.targets[self.foot] = place_of(self.feet[self.foot]).translation.copy()
         self._enter(Phase.RETURNS)
-        self._begin_shift(kin.p_world_com, polygon_of(tuple(self.feet.values())))
+        centres = [centre_of(foot)[:2] for foot in self.feet.values()]
+        self._begin_shift(kin.p_world_com, np.mean(centres, axis=0))
 
     def _velocity(self) -> Array:
         return np.zeros(3) if self._lead is None else self._lead.velocity
@@ -166,25 +161,27 @@ class Footing:
     def _off(self, name: str) -> float:
         return float(np.linalg.norm(self.targets[name] - place_of(self.feet[name]).translation))
 
-    def _others(self, name: str) -> list[Foot]:
-        return [foot for other, foot in self.feet.items() if other != name]
-
     def _look_for_a_foot(self, kin: Kinematics) -> None:
         for name in self.feet if self.lifts else ():
             if self._off(name) > BEGINS:
                 self.foot = name
                 self._enter(Phase.SHIFTS)
-                self._begin_shift(kin.p_world_com, polygon_of(self._others(name)))
+                self._begin_shift(kin.p_world_com, self._over_others(name))
                 return
 
-    def _begin_shift(self, p_world_com: Array, over: SupportPolygon) -> None:
-        """Begin to move the centre of mass over a polygon, as fast as the floor bears it."""
-        goal = np.array([*over.vertices.mean(axis=0), p_world_com[2]])
-        way = float(np.linalg.norm(goal - p_world_com))
-        height = float(p_world_com[2]) - float(np.mean([place_of(f).translation[2]
-                                                        for f in self.feet.values()]))  # fmt: skip
+    def _begin_shift(self, p_world_com: Array, goal: Array) -> None:
+        """Begin to move the centre of mass to a point (2,), as fast as the floor bears it."""
+        way = float(np.linalg.norm(goal - p_world_com[:2]))
+        floor = float(np.mean([centre_of(foot)[2] for foot in self.feet.values()]))
+        height = float(p_world_com[2]) - floor
         self._duration = max(0.5, float(np.sqrt(5.77 * way * height / (9.81 * OVERSHOOT))))
-        self._powers = move(np.array(p_world_com), goal, self._duration)
+        self._powers = move(np.array(p_world_com), np.array([*goal, p_world_com[2]]),
+                            self._duration)  # fmt: skip
+
+    def _over_others(self, name: str) -> Array:
+        """Return where (2,) the centre of mass has to be so that a foot carries nothing."""
+        others = [centre_of(foot)[:2] for other, foot in self.feet.items() if other != name]
+        return np.asarray(np.mean(others, axis=0))
 
     def _shift(self) -> bool:
         """Lead the centre of mass; tell if it has come to rest."""
@@ -199,14 +196,11 @@ class Footing:
         foot, wanted = self.feet[self.foot], self.targets[self.foot].copy()
         stands = place_of(foot).translation
         wanted[2] = max(wanted[2], stands[2])
-        if isinstance(foot, SoleContact):
-            T = place_of(self._others(self.foot)[0])
-            aside, before = T.actInv(wanted), T.actInv(stands)
-            side = np.sign(before[1])
-            least = APART * abs(before[1])
-            aside[1] = side * max(side * aside[1], least)
-            wanted = T.act(aside)
-        return wanted
+        T = place_of(next(one for name, one in self.feet.items() if name != self.foot))
+        aside, before = T.actInv(wanted), T.actInv(stands)
+        side = np.sign(before[1])
+        aside[1] = side * max(side * aside[1], APART * abs(before[1]))
+        return np.asarray(T.act(aside))
 
     def _carry(self, seconds: float, kin: Kinematics) -> None:
         """Lead the foot in the air: up, along, and down."""
@@ -249,28 +243,8 @@ class Footing:
         return pin.SE3(rotation, np.array(place)), np.r_[velocity, 0, 0, 0]
 
 
-def place_of(foot: Foot) -> pin.SE3:
-    """Return where a foot stands."""
-    if isinstance(foot, SoleContact):
-        return foot.T_world_anchor
-    return _at(np.asarray(foot.p_world, dtype=float))
-
-
-def moved(foot: Foot, T_world_foot: pin.SE3) -> Foot:
-    """Return a foot that stands elsewhere."""
-    if isinstance(foot, SoleContact):
-        return replace(foot, T_world_anchor=T_world_foot)
-    return replace(foot, p_world=np.array(T_world_foot.translation))
-
-
 def _at(place: Array) -> pin.SE3:
     return pin.SE3(np.eye(3), np.array(place))
-
-
-def _supports(feet: Sequence[Foot]) -> bool:
-    """Tell whether feet span an area that a centre of mass can be over."""
-    points = sum(4 if isinstance(foot, SoleContact) else 1 for foot in feet)
-    return points >= 3
 
 
 def _shrunk(polygon: SupportPolygon, com: Array) -> SupportPolygon:

@@ -17,7 +17,7 @@ EVERY = 0.1  # [s] of the run between two points
 ROOM = 1.3  # times the weight is shown: one foot may bear it all, and a load
 HAND = 0.2  # times the weight is shown of what a hand lifts
 LEAST = 40.0  # [N] that are shown in any case
-HEIGHT, WIDTH = 230, 360
+HEIGHT, WIDTH = 200, 360
 
 Pairs = Mapping[str, tuple[float, float]]
 

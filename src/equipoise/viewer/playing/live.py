@@ -14,7 +14,8 @@ from equipoise.robots import Robot
 from equipoise.spatial import Array
 from equipoise.tasks import ContactTask, JointLimitsTask, Task
 from equipoise.viewer.playing.borne import HandForces
-from equipoise.viewer.playing.footing import Footing, Phase, place_of
+from equipoise.viewer.playing.foot_places import place_of
+from equipoise.viewer.playing.footing import Footing, Phase
 from equipoise.viewer.playing.limits import PACE, accelerations_of, speeds_of
 from equipoise.viewer.playing.plant import ROTORS, Physics, PlayPlant
 from equipoise.viewer.playing.reason import Reason, Solved, find_reason, joined
@@ -129,7 +130,7 @@ class LiveSession(PlaySession):
     @property
     def why_feet_stay(self) -> str:
         """Why no foot can be dragged, in words."""
-        return "the others could not carry the robot"
+        return "only soles can be lifted here, and these are points"
 
     def _tick(self) -> None:
         controller, state = self.controller, self._plant.state

@@ -111,7 +111,7 @@ class PlayPlant:
         change(friction)
 
     def support(self, name: str, T_world_foot: pin.SE3 | None) -> None:
-        """Read the force on a foot where it stands now; None: it is in the air."""
+        """Read the wrench of a sole where it stands now; None: it is in the air."""
         self.engine.support(name, T_world_foot)
 
     def step(self, tau: Array) -> PhysicsState:

@@ -58,7 +58,7 @@ class PlaySession(ABC):
 
     @property
     def feet(self) -> dict[str, Array]:
-        """Where each foot was dragged (3,) [m], by name; none if the others could not carry."""
+        """Where each foot was dragged (3,) [m], by name; none if they are points."""
         return {} if self.footing is None or not self.footing.lifts else self.footing.targets
 
     @property

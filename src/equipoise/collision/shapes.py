@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from equipoise.errors import InputError
 from equipoise.spatial import Array
+from equipoise.spatial.solid_hull import solid_hull
 
 # kinds of cores; a sphere is a segment without length
 SEGMENT, BOX, CYLINDER, HULL = range(4)

@@ -14,7 +14,9 @@ from equipoise.spatial.solid_hull import solid_hull
 
 THINNEST = 1e-4  # [m] a hull is made this thick where its mesh has no extent
 LARGEST_COORDINATE = 1e6  # [m]
-OPTIONS = "Qt"  # of qhull, in scipy first if it is there: where it gives up inside Coal, the process ends
+OPTIONS = (
+    "Qt"  # of qhull, in scipy first if it is there: where it gives up inside Coal, the process ends
+)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.util import find_spec
 
 import numpy as np
 
@@ -29,14 +28,10 @@ def solid_hull(points: Array, options: str | None = None) -> SolidHull | None:
 
     `options` are those of Qhull, which both do the work with; None: scipy's own.
     """
-    if find_spec("scipy") is None:
+    try:
+        from scipy.spatial import ConvexHull, QhullError
+    except ModuleNotFoundError:
         return hull_by_coal(points)
-    return _by_scipy(points, options)
-
-
-def _by_scipy(points: Array, options: str | None) -> SolidHull | None:
-    from scipy.spatial import ConvexHull, QhullError
-
     try:
         hull = ConvexHull(points, qhull_options=options)
     except QhullError:

@@ -10,8 +10,8 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from equipoise.optional import require_package
 from equipoise.spatial import Array, Indices
+from equipoise.spatial.solid_hull import solid_hull
 
 SEGMENTS = 24
 

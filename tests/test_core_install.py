@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from importlib.metadata import distributions
 from pathlib import Path
 
 HIDDEN = ("scipy", "matplotlib", "PIL", "kiwisolver", "contourpy", "fontTools", "viser", "mujoco")
@@ -27,6 +28,9 @@ with warnings.catch_warnings(record=True) as told:
     run = run_scenario("sphere", out={out!r}, overrides=["duration=0.02"])
 assert [w for w in told if w.category is AdviceWarning and "equipoise[plot]" in str(w.message)]
 assert not list(run.folder.glob("figures/*"))
+if {robots!r}:
+    from equipoise.robots import get_robot
+    print(get_robot("panda").mass)  # with collision meshes
 refused = []
 for ask in (
     lambda: make_figures(run, run.folder / "figures"),
@@ -44,7 +48,8 @@ print(sorted(name for name in {hidden!r} if name in sys.modules))
 
 
 def test_the_core_runs_a_scenario_without_what_only_draws(tmp_path: Path) -> None:
-    code = CODE.format(hidden=HIDDEN, out=str(tmp_path / "run"))
+    robots = "example-robot-data" in {one.name for one in distributions()}
+    code = CODE.format(hidden=HIDDEN, out=str(tmp_path / "run"), robots=robots)
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.strip().endswith("[]")

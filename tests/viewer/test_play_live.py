@@ -11,8 +11,9 @@ import pytest
 
 pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.[viewer]'")
 
-from equipoise.errors import InputError
+from equipoise.errors import InputError, NameNotFoundError
 from equipoise.robots import Robot, get_robot
+from equipoise.viewer.playing.footing import NEAR
 from equipoise.viewer.playing.live import LiveSession
 from equipoise.viewer.playing.page import Play
 from equipoise.viewer.server import ViewerServer
@@ -124,10 +125,64 @@ def test_what_has_no_palms_is_dragged_by_its_end_or_its_trunk(tmp_path: Path, na
         pytest.skip("needs the extra 'robots'")
     session = LiveSession(load_example(tmp_path, name), "rigid")
     (frame,) = session.all_hands
+    assert not session.feet  # soles alone are lifted
     session.drag(frame, session.targets[frame] + [0.01, 0.0, 0.015])
     session.run(1.2)
     assert not session.ended
     assert session.off(frame) < 3e-3
+
+
+def test_a_dragged_foot_takes_a_step_and_reordering_in_the_air_does_not_jump(robot: Robot) -> None:
+    """The weight goes over the other foot first; forces tell that it does, and the floor."""
+    session = LiveSession(robot, "rigid")
+    weight = 9.81 * robot.mass
+    left, right = session.feet
+    stood = session.feet[right].copy()
+    session.drag_foot(right, stood + np.array([0.0, 0.0, 0.05]))
+    for _ in range(42):
+        session.run(0.1)
+        held = session.forces()[right][1] > 0.05 * weight
+        over = session.forces()[left][1] > 0.95 * weight
+        assert held or over
+        assert not session.ended
+    lifted = robot.at(session.q).placement(session.footing.feet[right].frame).translation
+    assert np.allclose(lifted, stood + np.array([0.0, 0.0, 0.05]), atol=2e-3)
+    assert session.forces()[right] == (0.0, 0.0)
+    assert "right_sole is in the air" in session.footing.sentence
+    tau = session._command.tau.copy()
+    session.order(session.hands[::-1])
+    session.run(0.001)
+    assert np.abs(session._command.tau - tau).max() < 0.5
+    session.drag_foot(right, stood + np.array([0.06, 0.0, -0.05]))
+    session.drag_foot(left, session.feet[left] + [0.0, 0.0, 0.1])
+    session.run(0.01)
+    assert "left_sole must wait" in session.footing.sentence
+    session.drag_foot(left, session.feet_at_start[left])
+    for _ in range(62):
+        session.run(0.1)
+        assert not session.ended
+    there = robot.at(session.q).placement(session.footing.feet[right].frame).translation
+    assert np.allclose(there, stood + np.array([0.06, 0.0, 0.0]), atol=NEAR + 1e-3)
+    assert session.footing.sentence == ""
+    for _, pressed in session.forces().values():
+        assert abs(pressed - 0.5 * weight) < 0.05 * weight
+    assert all(session.off(hand) < 5e-3 for hand in session.hands)
+    with pytest.raises(NameNotFoundError, match="right_sole"):
+        session.drag_foot("right_foot", stood)
+
+
+def test_what_a_hand_lifts_is_what_was_put_there(robot: Robot) -> None:
+    """The motors' torques tell the weight that nobody told the law."""
+    session = LiveSession(robot, "rigid")
+    hand, other = session.hands
+    session.run(0.1)
+    assert session.lifted()[hand][1] == pytest.approx(0.0, abs=0.5)
+    session.carry(hand, 3.0)
+    session.run(0.9)
+    wanted, found = session.lifted()[hand]
+    assert wanted == pytest.approx(3.0 * 9.81)
+    assert found == pytest.approx(wanted, abs=0.3)
+    assert session.lifted()[other][1] == pytest.approx(0.0, abs=0.3)
 
 
 def test_the_page_pushes_loads_and_begins_anew(robot: Robot, server: ViewerServer) -> None:
@@ -137,8 +192,8 @@ def test_the_page_pushes_loads_and_begins_anew(robot: Robot, server: ViewerServe
     panel.push()
     play.session.run(0.12)
     play.show()
-    assert panel.plot._chart is not None
-    assert len(panel.plot._chart.data) == 5  # time, two soles wanted and measured
+    assert len(play.feet) == 2
+    assert [len(chart.handle.data) for chart in panel.plot.charts] == [5, 5]  # time, two pairs
     assert panel._arrow.visible
     panel.load()
     play.show()

@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import InputError
-from equipoise.optional import require_package
 from equipoise.spatial import Array
+from equipoise.spatial.solid_hull import solid_hull
 
 # kinds of cores; a sphere is a segment without length
 SEGMENT, BOX, CYLINDER, HULL = range(4)
@@ -73,10 +73,5 @@ def corners_of(geometry: coal.CollisionGeometry) -> Array | None:
         return None
     if len(points) < 5:
         return points
-    require_package("scipy", "scipy", "the hull of a mesh")
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        return points[ConvexHull(points).vertices]
-    except QhullError:  # flat: every point may be a corner
-        return points
+    hull = solid_hull(points)
+    return points if hull is None else points[hull.corners]  # flat: every point may be a corner

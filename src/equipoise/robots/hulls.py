@@ -9,12 +9,14 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.errors import RobotFileError
-from equipoise.optional import require_package
 from equipoise.spatial import Array
+from equipoise.spatial.solid_hull import solid_hull
 
 THINNEST = 1e-4  # [m] a hull is made this thick where its mesh has no extent
 LARGEST_COORDINATE = 1e6  # [m]
-OPTIONS = "Qt"  # of qhull, in scipy first: where it gives up inside Coal, the process ends
+OPTIONS = (
+    "Qt"  # of qhull, in scipy first if it is there: where it gives up inside Coal, the process ends
+)
 
 
 @dataclass(frozen=True)
@@ -71,15 +73,13 @@ def _with_extent(points: Array) -> Array:
 
 def _hull(points: Array) -> tuple[Array, float]:
     """Return the corners (k, 3) of the convex hull and its volume."""
-    require_package("scipy", "scipy", "the hull of a mesh")
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        hull = ConvexHull(points, qhull_options=OPTIONS)
-    except QhullError:  # too thin for exact work, though with an extent: the box around it
+    hull = solid_hull(points, OPTIONS)
+    if hull is None:  # too thin for exact work, though with an extent: the box around it
         points = _box_around(points)
-        hull = ConvexHull(points, qhull_options=OPTIONS)
-    return points[hull.vertices], float(hull.volume)
+        hull = solid_hull(points, OPTIONS)
+    if hull is None:
+        raise RobotFileError("A mesh is too thin for a hull", given=np.ptp(points, axis=0))
+    return points[hull.corners], hull.volume
 
 
 def _box_around(points: Array) -> Array:

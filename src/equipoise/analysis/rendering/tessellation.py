@@ -10,8 +10,8 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from equipoise.optional import require_package
 from equipoise.spatial import Array, Indices
+from equipoise.spatial.solid_hull import solid_hull
 
 SEGMENTS = 24
 
@@ -128,17 +128,11 @@ def _revolved(profiles: Sequence[Array], segments: int) -> Mesh:
 
 
 def _hull(shape: coal.ConvexBase, segments: int) -> Mesh | None:
-    require_package("scipy", "scipy", "the picture of a hull")
-    from scipy.spatial import ConvexHull
-
     if not hasattr(shape, "points"):
         return None
     points = np.array(shape.points())
-    hull = ConvexHull(points)
-    corners = points[hull.simplices]
-    outward = np.einsum("ij,ij->i", _face_vectors(corners), hull.equations[:, :3]) > 0.0
-    corners[~outward] = corners[~outward][:, ::-1]
-    return _flat(corners)
+    hull = solid_hull(points)
+    return None if hull is None else _flat(points[hull.triangles])
 
 
 def _triangle_mesh(model: coal.BVHModelBase, segments: int) -> Mesh:

@@ -213,7 +213,7 @@ class UnilateralContactEngine(NoObjects):
         impact, landing = self._impact(kin, state.v, order, landing)
         if not landing:
             return
-        lifted = [name for name in order if name not in impact.impulses]
+        lifted = [name for name in order if name in self._held and name not in impact.impulses]
         for name in lifted:
             held = self._held.pop(name)
             self.events.append(ContactEvent(self._t, "lift", name, np.zeros(held.size)))

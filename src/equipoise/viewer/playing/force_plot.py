@@ -1,8 +1,9 @@
-"""The forces of the last seconds: what presses under each foot, as wanted and as measured."""
+"""The forces of the last seconds: under each foot and at each hand, as wanted and as measured."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 
 import numpy as np
 import viser
@@ -13,46 +14,78 @@ from equipoise.viewer.plot_panel import COLOURS
 
 SECONDS = 10.0  # [s] that are shown
 EVERY = 0.1  # [s] of the run between two points
-HEIGHT, WIDTH = 260, 360
+ROOM = 1.3  # times the weight is shown: one foot may bear it all, and a load
+HAND = 0.2  # times the weight is shown of what a hand lifts
+LEAST = 40.0  # [N] that are shown in any case
+HEIGHT, WIDTH = 200, 360
+
+Pairs = Mapping[str, tuple[float, float]]
 
 
 class ForcePlot:
-    """A plot at the left of the page; nothing where nothing carries the robot."""
+    """Plots at the left of the page: feet, if there are any, and hands on arms of their own."""
 
     def __init__(self, gui: viser.GuiApi, session: LiveSession) -> None:
-        self._session = session
-        self._names = tuple(session.forces())
-        self._points: deque[tuple[float, ...]] = deque(maxlen=round(SECONDS / EVERY))
-        self._chart: viser.GuiUplotHandle | None = None
-        if not self._names:
+        self._session, self._last = session, -np.inf
+        self.charts: list[Chart] = []
+        weight = 9.81 * session.robot.mass
+        feet, hands = session.forces(), session.lifted()
+        if not feet and not hands:
             return
         panel = gui.add_panel()
         with panel.add_tab("Forces"):
-            self._chart = gui.add_uplot(
-                tuple(np.zeros(1) for _ in range(1 + 2 * len(self._names))),
-                _series(self._names),
-                title="Pressed on the floor [N]",
-                scales={"x": uplot.Scale(time=False)},
-                height=HEIGHT,
-                legend=uplot.Legend(show=True, live=False),
-            )
-            gui.add_markdown("*Thin: as the law wants it. Thick: as the feet measure it.*")
+            if feet:
+                top = ROOM * weight
+                self.charts.append(Chart(gui, "Pressed on the floor [N]", feet, (0.0, top)))
+                gui.add_markdown("*Thin: as the law wants it. Thick: as the feet measure it.*")
+            if hands:
+                top = max(LEAST, HAND * weight)
+                self.charts.append(Chart(gui, "Lifted by the hands [N]", hands, (-top, top)))
+                gui.add_markdown("*Thin: what was put there. Thick: what the motors give for it.*")
         panel.dock_left()
         panel.set_width(WIDTH)
 
     def show(self) -> None:
         """Take in the forces of now, if some time has gone by."""
-        if self._chart is None:
-            return
         t = self._session.t
-        if t <= 0.0:  # nothing was wanted yet
+        if t <= 0.0 or t < self._last + EVERY:  # at first nothing was wanted yet
             return
-        if self._points and t < self._points[-1][0] + EVERY:
-            return
-        forces = self._session.forces()
-        values = [value for name in self._names for value in forces.get(name, (0.0, 0.0))]
+        self._last = t
+        for chart, now in zip(self.charts, self._now(), strict=True):
+            chart.show(t, now)
+
+    def clear(self) -> None:
+        """Forget what was shown."""
+        self._last = -np.inf
+        for chart in self.charts:
+            chart.clear()
+
+    def _now(self) -> list[Pairs]:
+        return [one for one in (self._session.forces(), self._session.lifted()) if one]
+
+
+class Chart:
+    """One plot: by name a thin curve of what is wanted and a thick one of what is."""
+
+    def __init__(
+        self, gui: viser.GuiApi, title: str, names: Pairs, shown: tuple[float, float]
+    ) -> None:
+        self._names = tuple(names)
+        self._points: deque[tuple[float, ...]] = deque(maxlen=round(SECONDS / EVERY))
+        self.handle = gui.add_uplot(
+            tuple(np.zeros(1) for _ in range(1 + 2 * len(self._names))),
+            _series(self._names),
+            title=title,
+            scales={"x": uplot.Scale(time=False), "y": uplot.Scale(range=shown)},
+            height=HEIGHT,
+            legend=uplot.Legend(show=True, live=False),
+        )
+
+    def show(self, t: float, pairs: Pairs) -> None:
+        """Add a point at time `t` [s]."""
+        values = [value for name in self._names for value in pairs.get(name, (0.0, 0.0))]
         self._points.append((t, *np.nan_to_num(values)))
-        self._chart.data = tuple(np.array(column) for column in zip(*self._points, strict=True))
+        self.handle.data = tuple(np.array(column) for column in zip(*self._points, strict=True))
 
     def clear(self) -> None:
         """Forget what was shown."""

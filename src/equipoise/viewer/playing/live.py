@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 
 import numpy as np
 
-from equipoise.contacts import SupportPolygon
+from equipoise.contacts import Contact, ContactStack, PointContact, SoleContact
 from equipoise.control.supervisor import Mode
-from equipoise.motion.levels import feet_of, polygon_of
+from equipoise.motion.levels import bound_accelerations
 from equipoise.physics import DivergedError
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.tasks import ComPolygonTask, JointLimitsTask, Task
-from equipoise.viewer.playing.lead import Pace
+from equipoise.tasks import ContactTask, JointLimitsTask, Task
+from equipoise.viewer.playing.borne import HandForces
+from equipoise.viewer.playing.foot_places import place_of
+from equipoise.viewer.playing.footing import Footing, Phase
+from equipoise.viewer.playing.limits import PACE, accelerations_of, speeds_of
 from equipoise.viewer.playing.plant import ROTORS, Physics, PlayPlant
-from equipoise.viewer.playing.reason import Reason, Solved, joined
+from equipoise.viewer.playing.reason import Reason, Solved, find_reason, joined
 from equipoise.viewer.playing.reference import feet_names
-from equipoise.viewer.playing.session import PlaySession
+from equipoise.viewer.playing.session import SHORT, PlaySession
 from equipoise.wbc import LoopSettings, WholeBodyCommand, WholeBodyController
+from equipoise.wbc.doors import Wish, mount, stand
 
-PACE = Pace(speed=0.25, acceleration=0.5, near=2.5, joints=0.4)
 FULL, LAG = 0.99, 0.05  # share of a torque limit; [rad or m] behind the reference
-FRICTION = 0.7  # of the floor, as the law counts on it
 LED_TICKS = 5  # ticks between two steps of what is dragged
-CARRYING, FREE = 1.0, 6.0  # [rad/s^2] of the joints that carry the body, and of all others
-SPEEDS = 0.8  # [rad/s] of joints: towards a stretched arm they would race
-SHARE, APPROACH = 0.5, 1.5  # of the support for the centre of mass, [1/s] it nears the edge with
 DELAY = 0.003  # [s] that the loop has to bear on a floor that gives
 
 
@@ -46,6 +45,7 @@ class LiveSession(PlaySession):
         self._ticks = 0
         self.ended = ""
         super().__init__(robot, PACE)
+        self._arms = HandForces(robot, self.all_hands)
 
     @property
     def controller(self) -> WholeBodyController:
@@ -76,6 +76,7 @@ class LiveSession(PlaySession):
                     break
                 if self._ticks % LED_TICKS == 0:
                     self._lead(LED_TICKS * self.controller.dt)
+                    self._step_feet(LED_TICKS * self.controller.dt)
                 self._tick()
             return self.q
 
@@ -105,22 +106,35 @@ class LiveSession(PlaySession):
             self._plant.set_friction(friction)
 
     def forces(self) -> dict[str, tuple[float, float]]:
-        """Return by supporting contact what presses along its normal [N]: wanted, and measured."""
+        """Return by foot what presses along its normal [N]: wanted, and measured."""
         with self._lock:
+            if self.footing is None:
+                return {}
             controller, lam = self.controller, self._plant.state.lam
-            bounds = controller.workspace.parts.get("bounds")
-            found, at = {}, 0
+            bounds, at = controller.workspace.parts["bounds"], 0
+            wanted = dict.fromkeys(self.footing.feet, 0.0)
             for contact in controller.contacts.contacts:
-                if contact.supporting:
-                    wanted = math.nan if bounds is None else float(bounds.predicted[at + 2])
-                    rows = self._plant_rows[contact.name]
-                    found[contact.name] = wanted, float(lam[rows][2])
-                    at += contact.size
-            return found
+                wanted[contact.name] = float(bounds.predicted[at + 2])
+                at += contact.size
+            return {foot: (w, float(lam[self._plant_rows[foot]][2])) for foot, w in wanted.items()}
+
+    def lifted(self) -> dict[str, tuple[float, float]]:
+        """Return by hand what was put there, and what the motors of its arm lift [N]."""
+        with self._lock:
+            loads = self._plant.loads
+            if self._command is None:
+                return {hand: (9.81 * loads.get(hand, 0.0), 0.0) for hand in self._arms.hands}
+            found = self._arms.lifted(self.q, self._command.tau)
+            return {hand: (9.81 * loads.get(hand, 0.0), f) for hand, f in found.items()}
+
+    @property
+    def why_feet_stay(self) -> str:
+        """Why no foot can be dragged, in words."""
+        return "only soles can be lifted here, and these are points"
 
     def _tick(self) -> None:
         controller, state = self.controller, self._plant.state
-        self._command = controller.step(self.t, state.q, state.v, state.lam)
+        self._command = controller.step(self.t, state.q, state.v, self._measured())
         if controller.supervisor.mode in (Mode.SAFE, Mode.STOPPED):
             self.ended = str(controller.supervisor.changes[-1])
         try:
@@ -128,6 +142,13 @@ class LiveSession(PlaySession):
         except DivergedError as error:
             self.ended = str(error)
         self._ticks += 1
+
+    def _measured(self) -> Array | dict[str, Array]:
+        """Return the wrenches of the feet that carry."""
+        lam = self._plant.state.lam
+        if self.footing is None:
+            return lam
+        return {name: lam[self._plant_rows[name]] for name in self.footing.carrying}
 
     def _reference(self) -> Array:
         return self.q if self._controller is None else self._controller.motion.q_ref.copy()
@@ -139,7 +160,13 @@ class LiveSession(PlaySession):
             spent = [robot.joint_names[i] for i in self._spent()]
             told = tuple(f"The motor of {name} gives all that it can." for name in spent)
             joints = tuple(int(model.getJointId(name)) for name in spent)
-            return joined([super().reason(), Reason(told, joints)])
+            foot = self.footing
+            feet = [Reason()]
+            if foot is not None and foot.short:
+                solved, off = self._solved(), foot.off(robot.at(self.q))
+                if solved is not None and off > SHORT:
+                    feet = [find_reason(robot, solved, {foot.foot: off})]
+            return joined([super().reason(), *feet, Reason(told, joints)])
 
     def _spent(self) -> list[int]:
         """Return the joints that are behind their reference with all the torque they have."""
@@ -153,6 +180,16 @@ class LiveSession(PlaySession):
         base = self.robot.nq_base
         return np.abs(self.q[base:] - self._reference()[base:])
 
+    def _rest(self) -> Array:
+        """Return half-sitting; legs that have stepped stay as they are."""
+        rest = super()._rest().copy()
+        if self.footing is not None and self.footing.stepped:
+            now = self._reference()[self.robot.nq_base :]
+            for foot in self.footing.feet.values():
+                legs = list(self.robot.joints_between(str(foot.frame)))
+                rest[legs] = now[legs]
+        return rest
+
     def _joint_rates(self) -> Array:
         if self._command is None:
             return super()._joint_rates()
@@ -162,46 +199,78 @@ class LiveSession(PlaySession):
     def _take(self, levels: list[list[Task]]) -> None:
         before = self._controller
         if before is None:
-            self._begin(levels)
+            self._begin()
+        made = self._make(levels)
+        self._controller = made
+        if before is None:
+            made.take_over(self._plant.engine.stand())
+            self._plant.state = self._plant.engine.state
             return
         q_ref, v_ref = before.motion.q_ref.copy(), before.workspace.parts["tasks"].v_ref.copy()
-        tau = None if self._command is None else self._command.tau.copy()
-        self._controller = WholeBodyController(
-            self.robot,
-            [*before.motion.levels[: self._kept], *levels],
-            before.contacts,
-            before.settings,
-            q_ref,
-        )
-        self._controller.motion.reset(q_ref, v_ref)
-        if tau is not None:
-            self._controller.take_over(tau)
+        made.motion.reset(q_ref, v_ref)
+        if self._command is not None:
+            made.take_over(self._command.tau.copy())
+        if self.footing is not None:
+            made.switch(self.footing.carrying)
 
-    def _begin(self, levels: list[list[Task]]) -> None:
+    def _begin(self) -> None:
+        """Choose gains, say what it stands on, and let it stand there in the engine."""
         robot = self.robot
-        loop = LoopSettings(
-            delay=DELAY,
-            rotor_inertia=ROTORS,
-            accelerations=_accelerations(robot),
+        self._loop = LoopSettings(
+            delay=DELAY, rotor_inertia=ROTORS, accelerations=accelerations_of(robot)
         )
-        most = np.minimum(robot.v_max, SPEEDS)
-        speeds = dict(zip(robot.joint_names, most.tolist(), strict=True))
-        keep: list[Task] = [JointLimitsTask("limits", robot, rate=5.0, speeds=speeds)]
+        self._speeds = speeds_of(robot)
+        nothing = Wish((), (), None)
         if robot.nv_base:
-            feet = feet_of(robot, self.q, feet_names(robot), FRICTION)
-            polygon = _shrunk(polygon_of(feet), robot.at(self.q).p_world_com)
-            keep.append(ComPolygonTask("balance", polygon, margin=0.0, rate=APPROACH))
-            self._controller = WholeBodyController.standing(
-                robot, tasks=[keep, *levels], feet=feet_names(robot), loop=loop
-            )
+            parts = stand(robot, self.q, feet_names(robot), nothing, self._loop)
+            self.footing = Footing(robot, _feet(parts.contacts), self._speeds)
         else:
-            self._controller = WholeBodyController.fixed(robot, tasks=[keep, *levels], loop=loop)
-        self._kept = len(self._controller.motion.levels) - len(levels)
-        stack = self._controller.contacts
-        self._plant = PlayPlant(robot, stack, self.q, loop.period, self._physics)
+            parts = mount(robot, self.q, nothing, self._loop)
+            self.footing = None
+        self._settings, stack = parts.settings, parts.contacts
+        if self.footing is not None and self.footing.lifts:
+            self._settings = replace(parts.settings, split="zmp")
+        self._plant = PlayPlant(robot, stack, self.q, self._loop.period, self._physics)
         self._plant_rows = stack.rows
-        self._controller.take_over(self._plant.engine.stand())
-        self._plant.state = self._plant.engine.state
+
+    def _make(self, wishes: list[list[Task]]) -> WholeBodyController:
+        """Return a controller of these wishes, at the reference of now, on the feet of now."""
+        robot, q_ref = self.robot, self._reference()
+        feet: list[Contact] = []
+        levels: list[list[Task]] = []
+        if self.footing is not None:
+            feet = [*self.footing.feet.values()]
+            levels += [[ContactTask("contacts", ContactStack(feet))]]
+            levels += self.footing.levels(robot.at(q_ref))
+        else:
+            levels += [[JointLimitsTask("limits", robot, rate=5.0, speeds=self._speeds)]]
+        most = self._loop.accelerations
+        assert most is not None
+        levels = bound_accelerations(robot, levels + wishes, most, self._loop.period)
+        return WholeBodyController(robot, levels, ContactStack(feet), self._settings, q_ref)
+
+    def _step_feet(self, seconds: float) -> None:
+        """Lead the foot that is dragged; where it lifts or lands, let others carry."""
+        footing = self.footing
+        if footing is None:
+            return
+        before, lam = footing.phase, self._plant.state.lam
+        loads = {name: float(lam[self._plant_rows[name]][2]) for name in footing.feet}
+        after = footing.advance(seconds, self.robot.at(self._reference()), loads)
+        if footing.moves:
+            self._try_again()
+        if after is before:
+            return
+        foot = footing.foot
+        if after is Phase.AIR:
+            self.controller.switch(footing.carrying)
+            self._plant.support(foot, None)
+        elif after is Phase.RETURNS:
+            place = place_of(footing.feet[foot])
+            self.controller.switch(footing.carrying, anchors={foot: place})
+            self._plant.support(foot, place)
+        elif after in (Phase.STANDS, Phase.SHIFTS):
+            self.order(self.hands, together=self.together)
 
     def _solved(self) -> Solved | None:
         if self._command is None:
@@ -210,19 +279,5 @@ class LiveSession(PlaySession):
         return Solved(self.controller.motion.levels, command.hierarchy, command.solution.v)
 
 
-def _shrunk(polygon: SupportPolygon, com: Array) -> SupportPolygon:
-    """Return a polygon drawn together about the middle of its corners, and around where `com` is.
-
-    What is left outside is for pushes, loads and what moving the body itself takes.
-    """
-    corners = np.asarray(polygon.vertices, dtype=float)
-    middle = corners.mean(axis=0)
-    return SupportPolygon.of_points(np.vstack((middle + SHARE * (corners - middle), com[:2])))
-
-
-def _accelerations(robot: Robot) -> Array:
-    """Return how fast joints may speed up (na,): those under the body throw it off its feet."""
-    most = np.full(robot.na, FREE)
-    for frame in [*(sole.frame for sole in robot.soles), *(foot.frame for foot in robot.feet)]:
-        most[list(robot.joints_between(frame))] = CARRYING
-    return most
+def _feet(stack: ContactStack) -> list[SoleContact | PointContact]:
+    return [one for one in stack.contacts if isinstance(one, SoleContact | PointContact)]

@@ -32,6 +32,9 @@ FLOOR = 0.8  # friction at first
 SHOWN_PUSH = 0.5  # [s] for which a push stays drawn, too short to see otherwise
 
 
+TEXT = "margin: 0.4em 1em; font-size: 0.875em; line-height: 1.4"
+
+
 class LivePanel:
     """The controls of a live session; `take_back` puts the handles where they were at first."""
 
@@ -129,8 +132,9 @@ def state_as_html(session: LiveSession, refused: str) -> str:
     lines = [f"The law runs, {session.physics_in_words}."]
     if session.ended:
         lines = [f"The law was switched off: {session.ended}. “Begin anew” lets it stand again."]
+    lines += [session.footing.sentence] if session.footing and session.footing.sentence else []
     lines += [f"It carries {loads}."] if loads else []
     lines += [refused] if refused else []
     colour = "#b3261e" if session.ended or refused else "inherit"
     text = "<br>".join(escape(line) for line in lines)
-    return f'<p style="margin: 0.4em 1em; color: {colour}" id="equipoise-live">{text}</p>'
+    return f'<p style="{TEXT}; color: {colour}" id="equipoise-live">{text}</p>'

@@ -1,10 +1,10 @@
-"""The page of `play`: a robot with a handle on each hand, and words for what stops it."""
+"""The page of `play`: a robot with handles on hands and feet, and words for what stops it."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from itertools import permutations
 
@@ -18,7 +18,7 @@ from equipoise.viewer.drawing import Drawing
 from equipoise.viewer.floor_and_sky import add_floor_and_sky
 from equipoise.viewer.plain_text import in_markdown
 from equipoise.viewer.playing.live import LiveSession
-from equipoise.viewer.playing.live_panel import LivePanel
+from equipoise.viewer.playing.live_panel import TEXT, LivePanel
 from equipoise.viewer.playing.reason import Reason
 from equipoise.viewer.playing.session import GAZE, PlaySession
 from equipoise.viewer.server import ViewerServer
@@ -26,13 +26,16 @@ from equipoise.viewer.server import ViewerServer
 PICTURES = 30.0  # [1/s] at most
 ASKED = 0.4  # [s] between two questions why: an answer solves the hierarchy several times
 LIT, OPACITY, OUTSET = (225, 40, 30), 0.75, 0.003  # colour, and [m] outwards
-HANDLE, SMALL_HANDLE = 0.22, 0.12  # [m] of a hand's, of the gaze's
+HANDLE, SMALL_HANDLE = 0.22, 0.12  # [m] of a hand's; of a foot's and of the gaze's
+MOVED = 1e-3  # [m] from which on a handle goes to where its foot was put down
 REAL = 0.95  # share of real time that counts as real time
 MOST_ORDERED = 3  # hands of which every order is offered
 ABOUT = (
-    "Drag a handle. The hands follow in their order; feet stay, joint limits and balance hold. "
+    "Drag a handle. The hands follow in their order; joint limits and balance hold. "
     "What stops a hand is red, and said below. "
 )
+FEET = "Drag a foot: the weight goes over the other feet first. Drag it to the floor to step. "
+FEET_STAY = "Feet have no handles: {}. "
 REFERENCE_ONLY = "*What moves is the reference: no torque law and no engine runs here.*"
 WITH_LAW = "*The torque law moves a simulated robot, in the engine {engine}.*"
 
@@ -52,9 +55,16 @@ class Play:
         self._drawing = Drawing(scene, "/robot", self._parts, robot.model.parents)
         self._lit: dict[int, Drawing] = {}
         size = _size(session)
-        self._server.initial_camera.position = (1.5 * size, -1.2 * size, size)
+        self._server.initial_camera.position = (1.25 * size, -size, 0.85 * size)
         self._server.initial_camera.look_at = (0.15, 0.0, 0.55 * size)
-        self.handles = {hand: self._add_handle(hand) for hand in session.all_hands}
+        self.handles = {
+            hand: self._add_handle(hand, place, HANDLE, self.session.drag)
+            for hand, place in session.targets.items()
+        }
+        self.feet = {
+            foot: self._add_handle(foot, place, SMALL_HANDLE, self.session.drag_foot)
+            for foot, place in session.feet.items()
+        }
         self.gaze = None if session.seen is None else self._add_gaze(session.seen)
         self.orders = _orders(session.all_hands)
         self.live = self._add_panel()
@@ -87,6 +97,7 @@ class Play:
             for joint in reason.joints:
                 if joint in self._lit:
                     self._lit[joint].place(kin.pin_data.oMi)
+            self._follow_feet()
             if self.live is not None:
                 self.live.show(kin)
         text = reasons_as_html(reason)
@@ -105,34 +116,36 @@ class Play:
                 self._speed.content = speed_in_words(period / max(took, period))
             self._ended.wait(max(0.0, period - took))
 
-    def _add_handle(self, hand: str) -> viser.TransformControlsHandle:
+    def _add_handle(
+        self, name: str, place: Array, size: float, drag: Callable[[str, Array], None]
+    ) -> viser.TransformControlsHandle:
         handle = self._server.scene.add_transform_controls(
-            f"/handles/{hand}",
-            scale=HANDLE,
-            disable_rotations=True,
-            position=self.session.targets[hand],
-            depth_test=False,
-        )
-        handle.on_update(lambda event: self.session.drag(hand, np.array(event.target.position)))
-        return handle
-
-    def _add_gaze(self, place: Array) -> viser.TransformControlsHandle:
-        handle = self._server.scene.add_transform_controls(
-            f"/handles/{GAZE}",
-            scale=SMALL_HANDLE,
+            f"/handles/{name}",
+            scale=size,
             disable_rotations=True,
             position=place,
             depth_test=False,
         )
+        handle.on_update(lambda event: drag(name, np.array(event.target.position)))
+        return handle
+
+    def _add_gaze(self, place: Array) -> viser.TransformControlsHandle:
+        handle = self._add_handle(
+            GAZE, place, SMALL_HANDLE, lambda _, there: self.session.look(there)
+        )
         self._server.scene.add_label(f"/handles/{GAZE}/name", "looked at")
-        handle.on_update(lambda event: self.session.look(np.array(event.target.position)))
         return handle
 
     def _add_panel(self) -> LivePanel | None:
         gui, session = self._server.gui, self.session
         live = isinstance(session, LiveSession)
         engine = session.plant.physics if isinstance(session, LiveSession) else ""
-        about = ABOUT + (WITH_LAW.format(engine=engine) if live else REFERENCE_ONLY)
+        feet = FEET if session.feet else FEET_STAY.format(session.why_feet_stay)
+        about = (
+            ABOUT
+            + (feet if session.robot.nv_base else "")
+            + (WITH_LAW.format(engine=engine) if live else REFERENCE_ONLY)
+        )
         gui.add_markdown(f"**{in_markdown(session.robot.name)}**\n\n{about}")
         order = gui.add_dropdown("Order", tuple(self.orders), initial_value=next(iter(self.orders)))
         order.on_update(lambda event: self._reorder(str(event.target.value)))
@@ -152,6 +165,15 @@ class Play:
         for hand, handle in self.handles.items():
             handle.position = kin.placement(hand).translation
             self.session.drag(hand, np.array(handle.position))
+        for foot, handle in self.feet.items():
+            handle.position = self.session.feet_at_start[foot]
+            self.session.drag_foot(foot, np.array(handle.position))
+
+    def _follow_feet(self) -> None:
+        """Put the handles of feet where they were put down."""
+        for foot, place in self.session.feet.items():
+            if np.abs(np.array(self.feet[foot].position) - place).max() > MOVED:
+                self.feet[foot].position = place
 
     def _reorder(self, name: str) -> None:
         hands, together = self.orders[name]
@@ -197,9 +219,9 @@ def _orders(hands: Sequence[str]) -> dict[str, tuple[tuple[str, ...], bool]]:
 def reasons_as_html(reason: Reason) -> str:
     """Return what is said of the hands that are short."""
     if not reason.sentences:
-        return '<p style="margin: 0.4em 1em" id="equipoise-reasons">Every hand can follow.</p>'
+        return f'<p style="{TEXT}" id="equipoise-reasons">Every hand can follow.</p>'
     rows = "".join(f"<li>{escape(sentence)}</li>" for sentence in reason.sentences)
-    return f'<ul style="margin: 0.4em 1em; color: #b3261e" id="equipoise-reasons">{rows}</ul>'
+    return f'<ul style="{TEXT}; color: #b3261e" id="equipoise-reasons">{rows}</ul>'
 
 
 def speed_in_words(share: float) -> str:

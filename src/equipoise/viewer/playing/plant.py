@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from typing import Literal, Protocol
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.contacts import ContactStack
 from equipoise.errors import InputError
@@ -41,6 +42,9 @@ class PlayEngine(Protocol):
 
     def stand(self) -> Array:
         """Return the torque (na,) [N m] under which it stands."""
+
+    def support(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
+        """Read the wrench of a foot in the axes of another place."""
 
     def weigh(self, robot: Robot) -> None:
         """Let everything weigh what it weighs in this robot from now on."""
@@ -105,6 +109,10 @@ class PlayPlant:
                 remedy="Use the engine mujoco",
             )
         change(friction)
+
+    def support(self, name: str, T_world_foot: pin.SE3 | None) -> None:
+        """Read the wrench of a sole where it stands now; None: it is in the air."""
+        self.engine.support(name, T_world_foot)
 
     def step(self, tau: Array) -> PhysicsState:
         """Go on by one control period. Raises: DivergedError."""

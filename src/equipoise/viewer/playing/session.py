@@ -16,6 +16,7 @@ from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_vector
 from equipoise.tasks import DampingTask, FrameAxesTask, GazeTask, PostureTask, Task
 from equipoise.viewer.base_link import base_link
+from equipoise.viewer.playing.footing import Footing
 from equipoise.viewer.playing.lead import Lead, Pace
 from equipoise.viewer.playing.reason import Reason, Solved, find_reason, joined
 
@@ -39,6 +40,7 @@ class PlaySession(ABC):
     def __init__(self, robot: Robot, pace: Pace) -> None:
         self.robot, self._pace = robot, pace
         self._lock = threading.RLock()
+        self.footing: Footing | None = None  # who leads its feet
         self._found: dict[str, Reason] = {}  # why hands were given up
         self.q = np.array(robot.q_half_sitting)
         kin = robot.at(self.q)
@@ -54,15 +56,39 @@ class PlaySession(ABC):
         """Every hand, also those that hang free."""
         return tuple(self.targets)
 
+    @property
+    def feet(self) -> dict[str, Array]:
+        """Where each foot was dragged (3,) [m], by name; none if they are points."""
+        return {} if self.footing is None or not self.footing.lifts else self.footing.targets
+
+    @property
+    def feet_at_start(self) -> dict[str, Array]:
+        """Where these feet stood at first (3,) [m]."""
+        return {} if self.footing is None else self.footing.at_start
+
+    @property
+    def why_feet_stay(self) -> str:
+        """Why no foot can be dragged, in words."""
+        return "lifting one takes the torque law"
+
+    def drag_foot(self, name: str, place: Array) -> None:
+        """Let a foot go to a place (3,) [m] in the world: the weight goes over the others first.
+
+        Raises: NameNotFoundError, InputError.
+        """
+        place = real_vector("the place of a foot", place, 3)
+        with self._lock:
+            if name not in self.feet or self.footing is None:
+                raise NameNotFoundError("foot that can be dragged", name, self.feet)
+            self.footing.drag(name, place)
+
     def drag(self, hand: str, place: Array) -> None:
         """Let a hand go to a place (3,) [m] in the world. Raises: NameNotFoundError, InputError."""
         place = real_vector("the place of a hand", place, 3)
         with self._lock:
             self._require(hand)
             self.targets[hand] = place
-            self._found = {}
-            for lead in self._leads.values():
-                lead.waited = 0.0
+            self._try_again()
 
     def look(self, place: Array) -> None:
         """Let the robot look at a place (3,) [m] in the world; before, its head is free.
@@ -105,7 +131,7 @@ class PlaySession(ABC):
                 last = [*last, self._gaze]
             # in the last level only: it leaves nothing to those below it but the posture
             levels.append([*last, DampingTask("rest", robot).weighing(CALM)])
-            levels.append([PostureTask("posture", robot, robot.q_half_sitting[robot.nq_base :])])
+            levels.append([PostureTask("posture", robot, self._rest())])
             self._take(levels)
             self._leads = {
                 hand: Lead(kin.placement(hand).translation, self._pace) for hand in self.hands
@@ -133,6 +159,12 @@ class PlaySession(ABC):
             return Reason()
         return find_reason(self.robot, solved, {hand: self.off(hand) for hand in hands})
 
+    def _try_again(self) -> None:
+        """Lead hands again that were given up."""
+        self._found = {}
+        for lead in self._leads.values():
+            lead.waited = 0.0
+
     def _require(self, hand: str) -> None:
         if hand not in self.targets:
             raise NameNotFoundError("hand", hand, self.targets)
@@ -156,6 +188,10 @@ class PlaySession(ABC):
     @abstractmethod
     def _reference(self) -> Array:
         """Return the configuration (nq,) that the hierarchy has come to."""
+
+    def _rest(self) -> Array:
+        """Return the joints (na,) that it comes back to."""
+        return self.robot.q_half_sitting[self.robot.nq_base :]
 
     def _joint_rates(self) -> Array:
         """Return how fast (na,) the joints of the reference go, where they are to be spared."""

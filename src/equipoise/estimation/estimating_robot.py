@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from equipoise.contacts import ContactSchedule, ContactStack, SoleContact
@@ -38,6 +40,7 @@ class EstimatingRobot:
         self.behind, self.robot, self._contacts, self._schedule = behind, robot, contacts, schedule
         self.base = BaseFilter(robot, soles, noise)
         self.forces = WrenchObserver(robot, FILTER_TIME, rotor_inertia)
+        self.follows: Callable[[float], float] = _same_time  # gives the time of the schedule
         self._t = -np.inf
         self._last: tuple[Array, Array, Array] | None = None  # base pose, twist, multipliers
 
@@ -69,7 +72,7 @@ class EstimatingRobot:
 
     def _multipliers(self, q: Array, v: Array, t: float) -> Array:
         """Return the multipliers (r,) of all contacts, zero of those that do not hold."""
-        lam, held = np.zeros(self._contacts.size), self._schedule.at(t)
+        lam, held = np.zeros(self._contacts.size), self._schedule.at(self.follows(t))
         for name, part in held.split(self.forces.multipliers(held, q, v, t)).items():
             lam[self._contacts.rows[name]] = part
         return lam
@@ -81,3 +84,7 @@ class EstimatingRobot:
     def close(self) -> None:
         """Let go of the robot."""
         self.behind.close()
+
+
+def _same_time(t: float) -> float:
+    return t

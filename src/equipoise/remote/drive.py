@@ -13,11 +13,13 @@ from equipoise.estimation import EstimatingRobot
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics import PhysicsState
 from equipoise.remote.pace import Clock, Due, Lockstep, Pace, RealTime, require_driven
+from equipoise.remote.ramp_out import RampOut
 from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
 from equipoise.simulation.build.assemble import Controls, Prepared, assemble_controls
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.held_rows import HeldRows
+from equipoise.simulation.operator import StopRequested
 from equipoise.simulation.recorder import Recorder
 from equipoise.spatial import Array
 from equipoise.wbc import WholeBodyCommand
@@ -80,6 +82,9 @@ class RemoteRun(ControlledRun):
         self._nothing = [np.full(n, np.nan) for n in (self.robot.nq, self.robot.nv, contacts.size)]
         self._told: list[str] = []
         self.released: Callable[[], None] = _release_nothing  # is called when the robot was let go
+        self.ramp_out = RampOut(self.controller)
+        if isinstance(self.link, EstimatingRobot):
+            self.link.follows = self.controller.follows  # contacts come and go by its clock
 
     @property
     def robot_channels(self) -> list[Channel]:
@@ -100,7 +105,8 @@ class RemoteRun(ControlledRun):
             lost.append(
                 f"{self._pace.missed} ticks had no state in time, {self._pace.skipped} were skipped"
             )
-        return (*super().story, *self._told, *lost)
+        ramped_out = [self.ramp_out.told] if self.ramp_out.told else []
+        return (*super().story, *self._told, *lost, *ramped_out)
 
     def meet(self) -> list[str]:
         """Wait for the robot and look at it, commanding nothing; return what was found, in words.
@@ -161,8 +167,7 @@ class RemoteRun(ControlledRun):
             assert self._first is not None
             if self.scenario.control.start == "standing":
                 self.controller.take_over(self._first.tau)
-            if isinstance(self._pace, RealTime):
-                self._warm_up(self._first)
+            self._warm_up(self._first)
             yield from self._drive(Due(0, self._first), record)
         finally:
             self.close()
@@ -175,6 +180,7 @@ class RemoteRun(ControlledRun):
                 self._require_fit(due.state)
             k, t, arrived = due.tick, due.tick * self.dt, perf_counter_ns()
             self._ask(t, seen)
+            self.ramp_out.before_tick(t, seen.v)
             command = self._command(t, due.state)
             answer = RobotCommand(heard, CommandMode.TORQUE, command.tau)
             self.link.write(answer)
@@ -204,7 +210,7 @@ class RemoteRun(ControlledRun):
             raise RobotLostError(f"The robot was let go at t = {state.t:.3f} s: {unfit}.")
 
     def _warm_up(self, state: RobotState) -> None:
-        """Go through all that a tick may need, so that no kernel is loaded while time runs."""
+        """Go through all that a tick may need, so that no kernel is loaded while a robot waits."""
         controller, changes = self.controller, self.controller.supervisor.changes
         memory, told = controller.state(), len(changes)
         seen = self._seen(state, None)
@@ -220,14 +226,17 @@ class RemoteRun(ControlledRun):
     def _command(self, t: float, state: RobotState | None) -> WholeBodyCommand:
         """Return the command at time `t` [s], on a state or on nothing."""
         q, v, lam = (state.q, state.v, state.lam) if state is not None else self._nothing
-        held = self._held.rows(self.controller.supports.at(t))
+        held = self._held.rows(self.controller.supports.at(self.controller.follows(t)))
         return self.controller.step(t, q, v, lam[held])
 
     def _ask(self, t: float, seen: PhysicsState) -> None:
-        if self.operator_port is not None:
-            pushed = self.operator_port.before_tick(t, seen)
-            if pushed is not None:
+        if self.operator_port is None:
+            return
+        try:
+            if self.operator_port.before_tick(t, seen) is not None:
                 self.tell(NO_PUSH)
+        except StopRequested:
+            self.ramp_out.ask("a person ended it")
 
     def _seen(self, state: RobotState, before: PhysicsState | None) -> PhysicsState:
         """Return a state for the log: what is missing is as it was."""

@@ -8,8 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from equipoise.contacts import ContactStack
 from equipoise.estimation import EstimatingRobot, WrenchObserver
-from equipoise.estimation.wrench_observer import wrench_rows
+from equipoise.estimation.wrench_observer import WrenchRows
 from equipoise.remote.drive import RemoteRun
 from equipoise.scenarios import read_scenario
 from equipoise.simulation.build.assemble import (
@@ -161,7 +162,8 @@ def parts_of(name: str):
     setup = build_setup(scenario)
     kin = setup.robot.at(starting_posture(scenario, setup))
     for contact in setup.contacts.contacts:
-        yield contact, kin, *wrench_rows(contact, kin)
+        rows, (own,) = WrenchRows(setup.robot, ContactStack([contact])).at(kin.q, kin.t)
+        yield contact, kin, rows, own
 
 
 @pytest.mark.parametrize("name", ["press", "tray"])

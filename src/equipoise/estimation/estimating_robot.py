@@ -58,8 +58,12 @@ class EstimatingRobot:
             dt = 0.0 if self._last is None else state.t - self._t
             pose, twist = self.base.step(dt, state.q[nq:], state.imu)
             q, v = np.concatenate((pose, state.q[nq:])), np.concatenate((twist, state.v[nv:]))
-            self.forces.step(dt, q, v, state.tau)
-            self._t, self._last = state.t, (pose, twist, self._multipliers(q, v, state.t))
+            held = self._schedule.at(self.follows(state.t))
+            if self._last is None:
+                self.forces.begin(held, q, v, state.tau, state.t)
+            else:
+                self.forces.step(dt, q, v, state.tau)
+            self._t, self._last = state.t, (pose, twist, self._multipliers(held, q, state.t))
         pose, twist, lam = self._last
         stamps = state.stamps.copy()
         stamps[0] = stamps[2] = state.t
@@ -70,10 +74,10 @@ class EstimatingRobot:
             stamps=stamps,
         )
 
-    def _multipliers(self, q: Array, v: Array, t: float) -> Array:
+    def _multipliers(self, held: ContactStack, q: Array, t: float) -> Array:
         """Return the multipliers (r,) of all contacts, zero of those that do not hold."""
-        lam, held = np.zeros(self._contacts.size), self._schedule.at(self.follows(t))
-        for name, part in held.split(self.forces.multipliers(held, q, v, t)).items():
+        lam = np.zeros(self._contacts.size)
+        for name, part in held.split(self.forces.multipliers(held, q, t)).items():
             lam[self._contacts.rows[name]] = part
         return lam
 

@@ -52,27 +52,49 @@ class WrenchObserver:
         self._r: Array | None = None
         self._rest = np.zeros(robot.nv)  # p(0) and the integral
 
+    def begin(self, contacts: ContactStack, q: Array, v: Array, tau: Array, t: float) -> None:
+        """Begin with a robot that may move: its contacts hold, and `tau` (na,) [N m] acts.
+
+        Gauss' principle: of all forces of the contacts those without which their rows would not
+        stay as they are.
+        """
+        kin, M = self.robot.at(q, v, t), self._dynamics.inertia(q)
+        applied = np.concatenate((np.zeros(self.robot.nv_base), tau))
+        J = contacts.jacobian(kin)
+        free = np.linalg.solve(M, np.column_stack((applied - self._dynamics.bias(q, v), J.T)))
+        # rows may say the same, as those of hands and feet that hold one body: the least of them
+        missing = J @ free[:, 0] + contacts.drift(kin)
+        lam = -np.linalg.lstsq(J @ free[:, 1:], missing, rcond=1e-9)[0]
+        self._begin(J.T @ lam, M @ v)
+
+    def _begin(self, r: Array, momentum: Array) -> None:
+        self._r, self._rest = r, momentum - self._time * r
+
     def step(self, dt: float, q: Array, v: Array, tau: Array) -> Array:
         """Return the generalised force (nv,) of the contacts.
 
         `q` (nq,) and `v` (nv,) now; `tau` (na,) [N m] has acted in the `dt` [s] before. At the
-        first time the robot is taken to be at rest.
+        first time, unless it was begun, the robot is taken to be at rest.
         """
         dynamics, robot = self._dynamics, self.robot
         M, g = dynamics.inertia(q), dynamics.gravity(q)
         applied = np.concatenate((np.zeros(robot.nv_base), tau))
         if self._r is None:
-            self._r = g - applied
-            self._rest = M @ v - self._time * self._r
-            return self._r.copy()
+            self._begin(g - applied, M @ v)
+            return self.force
         C = dynamics.coriolis(q, v)
         self._rest += dt * (applied + C.T @ v - g)
         share = dt / self._time  # the r inside of the integral, taken at the end of the step
         self._r = ((M @ v - self._rest) / self._time) / (1.0 + share)
         self._rest += dt * self._r
-        return self._r.copy()
+        return self.force
 
-    def multipliers(self, contacts: ContactStack, q: Array, v: Array, t: float) -> Array:
+    @property
+    def force(self) -> Array:
+        """The generalised force (nv,) of the last step, zero before the first."""
+        return np.zeros(self.robot.nv) if self._r is None else self._r.copy()
+
+    def multipliers(self, contacts: ContactStack, q: Array, t: float) -> Array:
         """Return the multipliers (k,) of the contacts that hold, from the last step."""
         if self._r is None or not contacts.size:
             return np.zeros(contacts.size)

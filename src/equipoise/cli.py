@@ -21,7 +21,7 @@ from equipoise.studies import commands as of_studies
 
 if TYPE_CHECKING:
     from equipoise.api import Output
-    from equipoise.remote.commands import WireOptions
+    from equipoise.remote.options import WireOptions
     from equipoise.runlog import Run
 
 PASSED, NOT_PASSED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -191,7 +191,7 @@ def wire_options(command: Callable[..., None]) -> Callable[..., None]:
         record: Path | None = None,
         **given: Any,
     ) -> None:
-        from equipoise.remote.commands import WireOptions
+        from equipoise.remote.options import WireOptions
 
         command(wire=WireOptions(protocol, wire_host, wire_port, lockstep, record), **given)
 
@@ -219,11 +219,13 @@ def plant(
     alone it holds its posture by its own servos for a moment, and ends.
     Example: equipoise plant press --robot g1 --realtime
     """
-    from equipoise.remote.commands import serve_plant
+    from equipoise.remote.serve import serve_plant
     from equipoise.scenarios import read_scenario
 
     spec = read_scenario(scenario, overrides, robot=robot)
-    serve_plant(spec, wire, click.echo, truth, away)
+    far_end = serve_plant(spec, wire, click.echo, truth, away)
+    if far_end.interrupted:
+        sys.exit(INTERRUPTED)
 
 
 @cli.command()
@@ -234,7 +236,7 @@ def plant(
 @click.option("--robot", metavar="ROBOT", help="Refit it to this robot (a name or a file).")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @click.option("--view", "watched", is_flag=True, help="Show it in the browser while it runs.")
-@click.option("--record", type=click.Path(path_type=Path), help="Write the session (npz).")
+@click.option("--record", type=click.Path(path_type=Path), help="Write the session to a new file.")
 @page_options
 @wire_options
 def control(
@@ -249,7 +251,7 @@ def control(
 
     Example: equipoise control press --robot g1 --realtime --arm
     """
-    from equipoise.remote.commands import control_robot
+    from equipoise.remote.control import control_robot
     from equipoise.scenarios import read_scenario
 
     spec = read_scenario(scenario, overrides, robot=robot)

@@ -11,6 +11,7 @@ import pytest
 from equipoise import SoleContact, get_robot
 from equipoise.errors import InputError
 from equipoise.estimation import BaseFilter, FilterNoise
+from equipoise.estimation.kernels import correct, predict
 
 DT = 1e-3
 ROBOT = get_robot("hrp2")
@@ -55,7 +56,7 @@ def test_the_error_moves_as_the_transition_says(seed):
     rate, felt = random.normal(size=3), 5.0 * random.normal(size=3)
     wanted = true.transition(DT) @ xi
     for one in (true, guess):
-        one._predict(DT, rate - one.rate_bias, felt - one.acceleration_bias)
+        predict(one._x, one.variance, np.concatenate((rate, felt)), DT, one._numbers)
     moved = error_of(guess, true) - xi
     np.testing.assert_allclose(moved, wanted - xi, atol=2e-2 * np.abs(wanted - xi).max())
 
@@ -69,6 +70,40 @@ def test_what_the_legs_show_is_linear_in_the_error(seed):
     xi = 1e-5 * np.random.default_rng(seed).normal(size=len(one.variance))
     one.move(xi)
     np.testing.assert_allclose(one.seen(JOINTS)[0] - before, H @ xi, atol=1e-9)
+
+
+def skew_of(x: np.ndarray) -> np.ndarray:
+    return np.cross(np.eye(3), x)
+
+
+def test_the_variance_moves_as_the_filter_of_kalman_has_it():
+    """Against the matrices as they are printed: adjoint, gain for all at once, Joseph's form."""
+    one, noise, random = moving(), FilterNoise(), np.random.default_rng(3)
+    n = len(one.variance)
+    root = random.normal(size=(n, n))
+    one.variance[:] = 1e-4 * (root @ root.T + np.eye(n))
+    P, R, step = one.variance.copy(), one.R.copy(), one.transition(DT)
+    adjoint = np.eye(n)
+    adjoint[:3, :3] = R
+    places = (one.v, one.p, *one.feet)
+    for k, place in enumerate(places, start=1):
+        at = slice(3 * k, 3 * k + 3)
+        adjoint[at, at], adjoint[at, :3] = R, skew_of(place) @ R
+    walks = [noise.rate_bias, noise.acceleration_bias]
+    white = [noise.rate, noise.acceleration, 0.0, noise.slip, noise.slip, *walks]
+    Q = adjoint @ np.diag(np.repeat(white, 3) ** 2) @ adjoint.T
+    predict(one._x, one.variance, np.concatenate((0.1 * np.ones(3), np.ones(3))), DT, one._numbers)
+    P = step @ (P + DT * Q) @ step.T
+    np.testing.assert_allclose(one.variance, P, rtol=1e-9, atol=1e-12)
+    z, H = one.seen(JOINTS)
+    N = np.diag(np.tile(np.repeat([noise.place, noise.angle], 3) ** 2, 2))
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + N)
+    other = deepcopy(one)
+    correct(one._x, one.variance, one._placements(JOINTS), one._anchor_rows, one._numbers)
+    other.move(-K @ z)
+    keep = np.eye(n) - K @ H
+    np.testing.assert_allclose(one._x, other._x, atol=1e-8)
+    np.testing.assert_allclose(one.variance, keep @ P @ keep.T + K @ N @ K.T, atol=1e-9)
 
 
 def test_a_robot_at_rest_stays_where_it_is():

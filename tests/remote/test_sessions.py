@@ -15,9 +15,10 @@ from equipoise.scenarios import read_scenario
 from equipoise.simulation.build.assemble import Prepared, assemble_plant, starting_posture
 from equipoise.simulation.build.setup import build_setup
 from equipoise.simulation.simulated_robot import SimulatedRobot
-from equipoise.wire import RobotLostError, RobotState
+from equipoise.wire import RobotLostError, RobotMode, RobotState
 from equipoise.wire.health import Health
 from equipoise.wire.session import RecordingRobot, SessionRobot
+from equipoise.wire.session_file import BEGIN, HEAD, VERSION
 
 DIGEST = b"0123456789abcdef"
 
@@ -112,17 +113,155 @@ def test_what_is_no_session_of_this_robot_is_refused(tmp_path: Path):
     with pytest.raises(InputError, match="is no session"):
         SessionRobot(path, DIGEST)
     path.write_bytes(b"PK\3\4 nothing")
-    with pytest.raises(InputError, match="is no session"):
+    with pytest.raises(InputError, match="it begins otherwise"):
         SessionRobot(path, DIGEST)
-    with path.open("wb") as out:
-        np.save(out, np.zeros(3))
-    with pytest.raises(InputError, match="is no session"):
+    path.write_bytes(HEAD.pack(BEGIN, VERSION + 1, DIGEST))
+    with pytest.raises(InputError, match="version"):
         SessionRobot(path, DIGEST)
+    path.write_bytes(HEAD.pack(BEGIN, VERSION, DIGEST))
+    with pytest.raises(InputError, match="no state in it is whole"):
+        SessionRobot(path, DIGEST)
+    path.unlink()
     driven(lambda controls, model: RecordingRobot(Robot(controls, False), path, DIGEST))
     with pytest.raises(InputError, match="of another robot"):
         SessionRobot(path, DIGEST[::-1])
+    with pytest.raises(InputError, match="such a session already"):
+        RecordingRobot(SessionRobot(path, DIGEST), path, DIGEST)
     with pytest.raises(InputError, match="no such folder"):
         RecordingRobot(SessionRobot(path, DIGEST), tmp_path / "none" / "session", DIGEST)
+
+
+class Clock:
+    """A clock on which every look takes a hundredth of a second."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        self.now += 0.01
+        return self.now
+
+
+def recorded(path: Path, *, closed: bool) -> np.ndarray:
+    """Record a session; without its end, it is as if the program had been killed."""
+    links = []
+
+    def connect(controls, model):
+        links.append(RecordingRobot(Robot(controls, False), path, DIGEST, Clock()))
+        if not closed:
+            links[0].close = lambda: None
+        return links[0]
+
+    return driven(connect)[1]
+
+
+def test_what_was_said_is_on_the_disk_before_the_end(tmp_path: Path):
+    path = tmp_path / "session"
+    given = recorded(path, closed=False)
+    replayed = SessionRobot(path, DIGEST)
+    assert "was not closed: it breaks off after t = 0.09" in replayed.damage
+    states = list(iter_states(replayed))
+    assert 96 <= len(states) <= 100
+    run = RemoteRun(
+        scenario(), lambda *_: SessionRobot(path, DIGEST), lockstep=True, prepared=prepared()
+    )
+    found = until_over(run)
+    np.testing.assert_array_equal(found, given[: len(found)])
+    assert len(found) >= 95
+    assert run.link.apart == 0.0
+
+
+def until_over(run: RemoteRun) -> list[np.ndarray]:
+    """Return the torques of a run until its session is over."""
+    found = []
+    try:
+        for _, record in run.ticks():
+            found.append(record["tau"].copy())
+    except RobotLostError:
+        return found
+    raise AssertionError("the session has no end")
+
+
+def iter_states(link: SessionRobot):
+    while True:
+        try:
+            yield link.read(0.0)
+        except RobotLostError:
+            return
+
+
+def test_a_damaged_end_is_told_and_the_rest_is_read(tmp_path: Path):
+    """Wherever a byte is wrong or missing: what comes before is as it was."""
+    path, hurt = tmp_path / "session", tmp_path / "hurt"
+    recorded(path, closed=True)
+    whole = list(iter_states(SessionRobot(path, DIGEST)))
+    assert SessionRobot(path, DIGEST).damage == ""
+    assert len(whole) == 101
+    content, random, lengths = path.read_bytes(), np.random.default_rng(0), []
+    for cut in (False, True) * 20:
+        at = int(random.integers(HEAD.size, len(content)))
+        wrong = bytes([content[at] ^ int(random.integers(1, 256))])
+        hurt.write_bytes(content[:at] if cut else content[:at] + wrong + content[at + 1 :])
+        try:
+            replayed = SessionRobot(hurt, DIGEST)
+        except InputError:  # not even the first chunk is whole
+            lengths.append(0)
+            continue
+        assert "damaged" in replayed.damage or "not closed" in replayed.damage
+        kept = list(iter_states(replayed))
+        lengths.append(len(kept))
+        for one, was in zip(kept, whole, strict=False):
+            assert (one.sequence, one.t, one.mode) == (was.sequence, was.t, was.mode)
+            np.testing.assert_array_equal(one.q, was.q)
+    assert max(lengths) > 90 > 10 > min(lengths)
+
+
+def test_a_disk_that_refuses_ends_the_recording_and_not_the_run(tmp_path: Path):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    links = []
+
+    def connect(controls, model):
+        links.append(RecordingRobot(Robot(controls, False), folder / "session", DIGEST, Clock()))
+        folder.rmdir()
+        return links[0]
+
+    _, given = driven(connect)
+    assert len(given) == 100
+    assert "is not whole" in links[0].trouble
+
+
+def test_parts_may_come_and_go_in_a_session(tmp_path: Path):
+    path = tmp_path / "session"
+    said = [
+        RobotState(k, 0.1 * k, RobotMode.DRIVEN, *(np.full(n, float(k)) for n in (4, 3, 2, 1, 5)),
+                   np.full(imu, 7.0), Health(words=np.arange(words)))
+        for k, (imu, words) in enumerate([(10, 0), (0, 2), (0, 0), (10, 3), (10, 3)])
+    ]  # fmt: skip
+    coming = iter(said)
+    link = RecordingRobot(Said(coming), path, DIGEST)
+    for _ in said:
+        link.read(0.0)
+    link.close()
+    for found, was in zip(iter_states(SessionRobot(path, DIGEST)), said, strict=True):
+        for one, other in zip((*found[:9], *found.health), (*was[:9], *was.health), strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+class Said:
+    """A robot that says what it is given."""
+
+    def __init__(self, states) -> None:
+        self.states = states
+
+    def read(self, timeout: float) -> RobotState:
+        return next(self.states)
+
+    def write(self, command) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
 
 
 def test_a_session_ends(tmp_path: Path):

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from two_programs import compile_kernels, equipoise_command, robot_program, udp_robot
 
 import equipoise
 from equipoise.remote.truth import estimate_errors
@@ -19,42 +18,17 @@ from equipoise.robots import named_robots
 SCENARIO = ["press", "--set", "duration=0.1"]
 
 
-def equipoise_command(*arguments: str) -> list[str]:
-    return [sys.executable, "-m", "equipoise", *arguments]
-
-
-@contextmanager
-def robot(folder: Path, *more: str) -> Iterator[tuple[subprocess.Popen, str]]:
-    """Start a robot; give its process and what it says of where it is."""
-    process = subprocess.Popen(
-        equipoise_command("plant", *SCENARIO, *more),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        cwd=folder,
-    )
-    assert process.stdout is not None
-    try:
-        yield process, next(one for one in process.stdout if " stands, " in one)
-    finally:
-        process.kill()
-        process.wait()
-        process.stdout.close()
-
-
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Have all kernels compiled: the run that compiles them may differ in the last digits."""
-    folder = tmp_path_factory.mktemp("compiled")
-    command = equipoise_command("run", "press", "--set", "duration=0.01", "--no-figures")
-    subprocess.run(command, capture_output=True, cwd=folder, check=False)
+    """Have all kernels compiled."""
+    compile_kernels(tmp_path_factory.mktemp("compiled"))
 
 
 @pytest.fixture
 def plant(compiled: None, tmp_path: Path) -> Iterator[tuple[subprocess.Popen, str]]:
     """Start a robot on a free port; give its process and the port."""
-    with robot(tmp_path, "--wire-port", "0") as (process, line):
-        yield process, line.split("port ")[1].split(",")[0]
+    with udp_robot(tmp_path, *SCENARIO) as started:
+        yield started
 
 
 def control(port: str, folder: Path, *more: str) -> subprocess.CompletedProcess:
@@ -85,8 +59,8 @@ def test_two_programs_give_the_log_of_one(plant, tmp_path):
 
 def test_a_killed_controller_leaves_a_robot_that_holds_itself(plant, tmp_path):
     """In lockstep its time waits meanwhile; then it holds its posture for the rest."""
-    from equipoise.remote.commands import WireOptions
     from equipoise.remote.drive import RemoteRun
+    from equipoise.remote.options import WireOptions
     from equipoise.scenarios import read_scenario
 
     process, port = plant
@@ -108,7 +82,10 @@ def test_unitree_messages_and_estimates_give_the_same_motion(tmp_path):
     if named_robots()["g1"].missing:
         pytest.skip("its files are not installed")
     more = ("--robot", "g1", "--wire", "unitree")
-    with robot(tmp_path, *more, "--wire-port", "73", "--truth", "truth.npz") as (process, _):
+    with robot_program(tmp_path, *SCENARIO, *more, "--wire-port", "73", "--truth", "truth.npz") as (
+        process,
+        _,
+    ):
         told = control("73", tmp_path, *more, "--arm", "--no-figures", "--out", "far")
         process.wait(timeout=60)
     far = equipoise.load_run(tmp_path / "far")

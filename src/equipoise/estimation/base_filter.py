@@ -18,15 +18,17 @@ import pinocchio as pin
 
 from equipoise.contacts import SoleContact
 from equipoise.errors import InputError
+from equipoise.estimation.kernels import correct, error_rate, look, move, predict
+from equipoise.estimation.placed_frames import PlacedFrames
 from equipoise.given import require_kind
-from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import Robot, require_robot
-from equipoise.spatial import Array, skew
+from equipoise.spatial import Array, pose_row
 from equipoise.spatial.numbers import positive
 
-GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s^2], world axes
-R_, V_, P_ = slice(0, 3), slice(3, 6), slice(6, 9)  # of the error; the feet follow, then biases
+R_, P_ = slice(0, 3), slice(6, 9)  # of the error; velocity is between, feet and biases follow
 SURE = 1e-6  # variance of what is known at the start, SI units
+AT_ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])  # pose of the base as a quaternion
+NOISE = ("rate", "acceleration", "rate_bias", "acceleration_bias", "slip", "place", "angle")
 
 
 @dataclass(frozen=True)
@@ -75,16 +77,45 @@ class BaseFilter:
                 remedy="It needs a floating base that stands on soles",
             )
         self.robot, self.soles, self.noise = robot, soles, noise or FilterNoise()
-        self._kinematics = KinematicsEvaluator(robot)
+        self._legs = PlacedFrames(robot, [sole.sole.frame for sole in soles])
         n = 15 + 3 * len(self.soles)
-        self._feet = [slice(9 + 3 * k, 12 + 3 * k) for k in range(len(self.soles))]
-        self._rate_bias, self._acceleration_bias = slice(n - 6, n - 3), slice(n - 3, n)
         self._anchors = [sole.T_world_anchor for sole in self.soles]
-        self.R, self.v, self.p = np.eye(3), np.zeros(3), np.zeros(3)
-        self.feet = [T.translation.copy() for T in self._anchors]
-        self.rate_bias, self.acceleration_bias = np.zeros(3), np.zeros(3)
+        self._anchor_rows = np.array([pose_row(anchor)[:9] for anchor in self._anchors])
+        places = np.concatenate([T.translation for T in self._anchors])
+        self._x = np.concatenate((np.eye(3).ravel(), np.zeros(6), places, np.zeros(6)))
+        self._numbers = np.array([getattr(self.noise, name) for name in NOISE])
         self.variance: Array = SURE * np.eye(n)
         self._begun = False
+
+    @property
+    def R(self) -> Array:
+        """Rotation (3, 3) of the base."""
+        return self._x[:9].reshape(3, 3)
+
+    @property
+    def v(self) -> Array:
+        """Velocity (3,) [m/s] of its origin, world axes."""
+        return self._x[9:12]
+
+    @property
+    def p(self) -> Array:
+        """Place (3,) [m] of its origin."""
+        return self._x[12:15]
+
+    @property
+    def feet(self) -> Array:
+        """Places (l, 3) [m] of the feet."""
+        return self._x[15:-6].reshape(-1, 3)
+
+    @property
+    def rate_bias(self) -> Array:
+        """What the unit shows too much (3,) [rad/s]."""
+        return self._x[-6:-3]
+
+    @property
+    def acceleration_bias(self) -> Array:
+        """What the unit shows too much (3,) [m/s^2]."""
+        return self._x[-3:]
 
     def step(self, dt: float, joints: Array, imu: Array) -> tuple[Array, Array]:
         """Take in what is measured `dt` [s] after the last time; return base pose (7,), twist (6,).
@@ -92,71 +123,44 @@ class BaseFilter:
         `joints` (na,); `imu` (10,) as in a `RobotState`. The pose is position and quaternion x, y,
         z, w; the twist is in base axes.
         """
+        seen = self._placements(joints)
         if not self._begun:
-            self._begin(joints)
-        rate, felt = imu[4:7] - self.rate_bias, imu[7:10] - self.acceleration_bias
+            self._begin(seen)
         if dt > 0.0:
-            self._predict(dt, rate, felt)
-        self._correct(joints)
-        rate = imu[4:7] - self.rate_bias
-        return pin.SE3ToXYZQUAT(pin.SE3(self.R, self.p)), np.concatenate((self.R.T @ self.v, rate))
+            predict(self._x, self.variance, imu[4:], dt, self._numbers)
+        correct(self._x, self.variance, seen, self._anchor_rows, self._numbers)
+        pose, twist = np.empty(7), np.empty(6)
+        pose[:3], pose[3:] = self.p, pin.Quaternion(self.R).coeffs()
+        twist[:3], twist[3:] = self.R.T @ self.v, imu[4:7] - self.rate_bias
+        return pose, twist
 
     @property
     def spread(self) -> Array:
         """Standard deviations (3,): of position [m], velocity [m/s] and angle [rad]."""
-        return np.sqrt([np.trace(self.variance[part, part]) for part in (P_, V_, R_)])
+        spread: Array = np.sqrt(self.variance.diagonal()[:9].reshape(3, 3).sum(axis=1)[[2, 1, 0]])
+        return spread
 
-    def _placements(self, joints: Array) -> list[pin.SE3]:
-        """Return where the soles are, seen from the base."""
-        q = np.concatenate(([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], joints))
-        kin = self._kinematics.at(q)
-        return [kin.placement(sole.sole.frame) for sole in self.soles]
+    def _placements(self, joints: Array) -> Array:
+        """Return where the soles are, seen from the base, as pose rows (l, 12)."""
+        return self._legs.at(np.concatenate((AT_ORIGIN, joints)))
 
-    def _begin(self, joints: Array) -> None:
+    def _begin(self, seen: Array) -> None:
         """Put the base where the soles say, on average."""
         found = [
-            anchor * seen.inverse()
-            for anchor, seen in zip(self._anchors, self._placements(joints), strict=True)
+            anchor * pin.SE3(row[:9].reshape(3, 3).T, row[9:]).inverse()
+            for anchor, row in zip(self._anchors, seen, strict=True)
         ]
         first = found[0]
         turns = [pin.log3(first.rotation.T @ one.rotation) for one in found]
-        self.R = first.rotation @ pin.exp3(np.mean(turns, axis=0))
-        self.p = np.mean([one.translation for one in found], axis=0)
+        self.R[:] = first.rotation @ pin.exp3(np.mean(turns, axis=0))
+        self.p[:] = np.mean([one.translation for one in found], axis=0)
         self._begun = True
 
     def transition(self, dt: float) -> Array:
         """Return how the error moves on within `dt` [s] (n, n): `I + dt A`, `d xi/dt = A xi`."""
-        n, R = len(self.variance), self.R
-        A = np.zeros((n, n))
-        A[V_, R_], A[P_, V_] = skew(GRAVITY), np.eye(3)
-        A[R_, self._rate_bias] = -R
-        A[V_, self._rate_bias], A[V_, self._acceleration_bias] = -skew(self.v) @ R, -R
-        for part, place in zip((P_, *self._feet), (self.p, *self.feet), strict=True):
-            A[part, self._rate_bias] = -skew(place) @ R
-        return np.eye(n) + dt * A
-
-    def _adjoint(self) -> Array:
-        """Return what turns noise in base axes into an error in world axes (n, n)."""
-        n, R = len(self.variance), self.R
-        adjoint = np.eye(n)
-        adjoint[R_, R_] = adjoint[V_, V_] = R
-        adjoint[V_, R_] = skew(self.v) @ R
-        for part, place in zip((P_, *self._feet), (self.p, *self.feet), strict=True):
-            adjoint[part, part], adjoint[part, R_] = R, skew(place) @ R
-        return adjoint
-
-    def _predict(self, dt: float, rate: Array, felt: Array) -> None:
-        """Move on by what the inertial unit felt."""
-        noise, adjoint, step = self.noise, self._adjoint(), self.transition(dt)
-        white = np.repeat([noise.rate, noise.acceleration, 0.0], 3)
-        walks = np.repeat([noise.rate_bias, noise.acceleration_bias], 3)
-        slips = np.full(3 * len(self.soles), noise.slip)
-        Q = (adjoint * np.concatenate((white, slips, walks)) ** 2) @ adjoint.T
-        self.variance = step @ (self.variance + dt * Q) @ step.T
-        a = self.R @ felt + GRAVITY
-        self.p = self.p + dt * self.v + 0.5 * dt * dt * a
-        self.v = self.v + dt * a
-        self.R = self.R @ pin.exp3(dt * rate)
+        A = np.empty_like(self.variance)
+        error_rate(self._x, A)
+        return np.eye(len(A)) + dt * A
 
     def seen(self, joints: Array) -> tuple[Array, Array]:
         """Return by how much what the joints say differs from the state, and its matrix H.
@@ -165,33 +169,13 @@ class BaseFilter:
         """
         n, count = len(self.variance), len(self.soles)
         z, H = np.zeros(6 * count), np.zeros((6 * count, n))
-        for k, sole in enumerate(self._placements(joints)):
+        look(self._x, self._placements(joints), self._anchor_rows, z)
+        for k in range(count):
             at, turn = slice(6 * k, 6 * k + 3), slice(6 * k + 3, 6 * k + 6)
-            z[at] = self.R @ sole.translation + self.p - self.feet[k]
-            H[at, P_], H[at, self._feet[k]] = np.eye(3), -np.eye(3)
-            z[turn] = pin.log3(self.R @ sole.rotation @ self._anchors[k].rotation.T)
+            H[at, P_], H[at, 9 + 3 * k : 12 + 3 * k] = np.eye(3), -np.eye(3)
             H[turn, R_] = np.eye(3)
         return z, H
 
-    def _correct(self, joints: Array) -> None:
-        """Take in where the soles are, seen from the base, and how they are turned."""
-        z, H = self.seen(joints)
-        noise = np.repeat([self.noise.place, self.noise.angle], 3) ** 2
-        N = np.diag(np.tile(noise, len(self.soles)))
-        S = H @ self.variance @ H.T + N
-        K = np.linalg.solve(S, H @ self.variance).T
-        self.move(-K @ z)
-        keep = np.eye(len(self.variance)) - K @ H
-        self.variance = keep @ self.variance @ keep.T + K @ N @ K.T
-
     def move(self, xi: Array) -> None:
         """Multiply the state from the left by the exponential of an error (n,)."""
-        turn, left = pin.exp3(xi[R_]), pin.Jexp3(-xi[R_])
-        self.R = turn @ self.R
-        self.v = turn @ self.v + left @ xi[V_]
-        self.p = turn @ self.p + left @ xi[P_]
-        self.feet = [
-            turn @ foot + left @ xi[part] for foot, part in zip(self.feet, self._feet, strict=True)
-        ]
-        self.rate_bias = self.rate_bias + xi[self._rate_bias]
-        self.acceleration_bias = self.acceleration_bias + xi[self._acceleration_bias]
+        move(self._x, np.ascontiguousarray(xi, dtype=float))

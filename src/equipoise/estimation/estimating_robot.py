@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from equipoise.contacts import ContactSchedule, ContactStack, SoleContact
@@ -38,6 +40,7 @@ class EstimatingRobot:
         self.behind, self.robot, self._contacts, self._schedule = behind, robot, contacts, schedule
         self.base = BaseFilter(robot, soles, noise)
         self.forces = WrenchObserver(robot, FILTER_TIME, rotor_inertia)
+        self.follows: Callable[[float], float] = _same_time  # gives the time of the schedule
         self._t = -np.inf
         self._last: tuple[Array, Array, Array] | None = None  # base pose, twist, multipliers
 
@@ -55,8 +58,12 @@ class EstimatingRobot:
             dt = 0.0 if self._last is None else state.t - self._t
             pose, twist = self.base.step(dt, state.q[nq:], state.imu)
             q, v = np.concatenate((pose, state.q[nq:])), np.concatenate((twist, state.v[nv:]))
-            self.forces.step(dt, q, v, state.tau)
-            self._t, self._last = state.t, (pose, twist, self._multipliers(q, v, state.t))
+            held = self._schedule.at(self.follows(state.t))
+            if self._last is None:
+                self.forces.begin(held, q, v, state.tau, state.t)
+            else:
+                self.forces.step(dt, q, v, state.tau)
+            self._t, self._last = state.t, (pose, twist, self._multipliers(held, q, state.t))
         pose, twist, lam = self._last
         stamps = state.stamps.copy()
         stamps[0] = stamps[2] = state.t
@@ -67,10 +74,10 @@ class EstimatingRobot:
             stamps=stamps,
         )
 
-    def _multipliers(self, q: Array, v: Array, t: float) -> Array:
+    def _multipliers(self, held: ContactStack, q: Array, t: float) -> Array:
         """Return the multipliers (r,) of all contacts, zero of those that do not hold."""
-        lam, held = np.zeros(self._contacts.size), self._schedule.at(t)
-        for name, part in held.split(self.forces.multipliers(held, q, v, t)).items():
+        lam = np.zeros(self._contacts.size)
+        for name, part in held.split(self.forces.multipliers(held, q, t)).items():
             lam[self._contacts.rows[name]] = part
         return lam
 
@@ -81,3 +88,7 @@ class EstimatingRobot:
     def close(self) -> None:
         """Let go of the robot."""
         self.behind.close()
+
+
+def _same_time(t: float) -> float:
+    return t

@@ -21,7 +21,9 @@ from equipoise.contacts import (
     SoleContact,
 )
 from equipoise.contacts.sliding import SlidingContact
-from equipoise.kinematics import Kinematics, KinematicsEvaluator
+from equipoise.estimation.kernels import least_wrenches
+from equipoise.estimation.placed_frames import PlacedFrames
+from equipoise.kinematics import Kinematics
 from equipoise.robots import Robot, require_robot
 from equipoise.robots.dynamics import JointDynamics
 from equipoise.spatial import Array, skew
@@ -46,80 +48,130 @@ class WrenchObserver:
         armature[robot.nv_base :] += rotor_inertia
         self._model.armature = armature
         self._dynamics = JointDynamics(self._model)
-        self._kinematics = KinematicsEvaluator(robot)
+        self._rows: WrenchRows | None = None
         self._r: Array | None = None
         self._rest = np.zeros(robot.nv)  # p(0) and the integral
+
+    def begin(self, contacts: ContactStack, q: Array, v: Array, tau: Array, t: float) -> None:
+        """Begin with a robot that may move: its contacts hold, and `tau` (na,) [N m] acts.
+
+        Gauss' principle: of all forces of the contacts those without which their rows would not
+        stay as they are.
+        """
+        kin, M = self.robot.at(q, v, t), self._dynamics.inertia(q)
+        applied = np.concatenate((np.zeros(self.robot.nv_base), tau))
+        J = contacts.jacobian(kin)
+        free = np.linalg.solve(M, np.column_stack((applied - self._dynamics.bias(q, v), J.T)))
+        # rows may say the same, as those of hands and feet that hold one body: the least of them
+        missing = J @ free[:, 0] + contacts.drift(kin)
+        lam = -np.linalg.lstsq(J @ free[:, 1:], missing, rcond=1e-9)[0]
+        self._begin(J.T @ lam, M @ v)
+
+    def _begin(self, r: Array, momentum: Array) -> None:
+        self._r, self._rest = r, momentum - self._time * r
 
     def step(self, dt: float, q: Array, v: Array, tau: Array) -> Array:
         """Return the generalised force (nv,) of the contacts.
 
         `q` (nq,) and `v` (nv,) now; `tau` (na,) [N m] has acted in the `dt` [s] before. At the
-        first time the robot is taken to be at rest.
+        first time, unless it was begun, the robot is taken to be at rest.
         """
         dynamics, robot = self._dynamics, self.robot
         M, g = dynamics.inertia(q), dynamics.gravity(q)
         applied = np.concatenate((np.zeros(robot.nv_base), tau))
         if self._r is None:
-            self._r = g - applied
-            self._rest = M @ v - self._time * self._r
-            return self._r.copy()
+            self._begin(g - applied, M @ v)
+            return self.force
         C = dynamics.coriolis(q, v)
         self._rest += dt * (applied + C.T @ v - g)
         share = dt / self._time  # the r inside of the integral, taken at the end of the step
         self._r = ((M @ v - self._rest) / self._time) / (1.0 + share)
         self._rest += dt * self._r
-        return self._r.copy()
+        return self.force
 
-    def multipliers(self, contacts: ContactStack, q: Array, v: Array, t: float) -> Array:
+    @property
+    def force(self) -> Array:
+        """The generalised force (nv,) of the last step, zero before the first."""
+        return np.zeros(self.robot.nv) if self._r is None else self._r.copy()
+
+    def multipliers(self, contacts: ContactStack, q: Array, t: float) -> Array:
         """Return the multipliers (k,) of the contacts that hold, from the last step."""
         if self._r is None or not contacts.size:
             return np.zeros(contacts.size)
-        kin = self._kinematics.at(q, v, t)
-        parts = [wrench_rows(contact, kin) for contact in contacts.contacts]
-        J = np.vstack([rows for rows, _ in parts])
-        G = J @ J.T  # in a fifth of the time of a singular value decomposition
-        G[np.diag_indices_from(G)] += ALIKE * np.trace(G) / len(G)
-        wrenches = np.linalg.solve(G, J @ self._r)
-        ends = np.cumsum([len(rows) for rows, _ in parts])[:-1]
-        return np.concatenate(
-            [own @ w for (_, own), w in zip(parts, np.split(wrenches, ends), strict=True)]
-        )
+        if self._rows is None or self._rows.contacts is not contacts:
+            self._rows = WrenchRows(self.robot, contacts)
+        return self._rows.multipliers(self._r, q, t)
 
 
-def wrench_rows(contact: Contact, kin: Kinematics) -> tuple[Array, Array]:
-    """Return rows (m, nv) of all that a contact may do, and what of it is its multipliers (k, m).
+class WrenchRows:
+    """Rows of all that the contacts of a stack may do, and what of it are their multipliers.
 
     A palm that rubs has forces across its normal and moments too: left out, others would be taken
-    for what they do. A grasp has besides what both hands carry together.
+    for what they do. A grasp has besides what both hands carry together. So all rows of the
+    frames of a contact count; of a contact of another kind those of its own.
     """
-    if isinstance(contact, SoleContact):  # in a tenth of the time of its kernel
-        turned = contact.T_world_anchor.rotation.T
-        J = kin.jacobian(contact.sole.frame)
-        return np.vstack((turned @ J[:3], turned @ J[3:])), np.eye(6)
+
+    def __init__(self, robot: Robot, contacts: ContactStack) -> None:
+        self.contacts = contacts
+        frames = [frames_of(one) for one in contacts.contacts]
+        sizes = [6 * len(of) or one.size for of, one in zip(frames, contacts.contacts, strict=True)]
+        self._count = 6 * sum(map(len, frames))
+        more = sum(sizes) - self._count
+        self._placed = PlacedFrames(robot, [f for of in frames for f in of], more, rows=True)
+        # those of frames come first, whatever the order of contacts
+        self._places: list[slice] = []
+        first, other = 0, self._count
+        for of, size in zip(frames, sizes, strict=True):
+            start = first if of else other
+            self._places.append(slice(start, start + size))
+            first, other = (first + size, other) if of else (first, other + size)
+
+    def at(self, q: Array, t: float) -> tuple[Array, list[Array]]:
+        """Return the rows (m, nv), and by contact what of them are its multipliers (k, its m)."""
+        self._placed.at(q)
+        kin = self._placed.kinematics(t)
+        for contact, place in zip(self.contacts.contacts, self._places, strict=True):
+            if place.start >= self._count:
+                self._placed.J[place] = contact.jacobian(kin)
+        return self._placed.J, [own_of(contact, kin) for contact in self.contacts.contacts]
+
+    def multipliers(self, force: Array, q: Array, t: float) -> Array:
+        """Return the multipliers (k,) that explain a generalised force (nv,) at `q` (nq,)."""
+        J, own = self.at(q, t)
+        wrenches = np.empty(len(J))
+        least_wrenches(J, force, ALIKE, wrenches)
+        parts = [one @ wrenches[at] for one, at in zip(own, self._places, strict=True)]
+        return np.concatenate(parts)
+
+
+def frames_of(contact: Contact) -> tuple[str | int, ...]:
+    """Return the frames of a contact whose wrenches make its multipliers, none of other kinds."""
+    if isinstance(contact, SoleContact):
+        return (contact.sole.frame,)
     if isinstance(contact, GraspContact):
-        return _grasp_rows(contact, kin)
-    J = contact.jacobian(kin)
-    if not isinstance(contact, SlidingContact | PointContact):
-        return J, np.eye(len(J))
-    own = np.zeros((len(J), 6))
-    whole = kin.jacobian(contact.frame)
-    if (
-        isinstance(kin.robot, Robot) and kin.robot.nv_base == 6
-    ):  # a shift of the base moves all frames alike
-        own[:, :3] = J[:, :3] @ whole[:3, :3].T
-    else:
-        own[:, :3] = np.linalg.lstsq(whole.T, J.T, rcond=None)[0][:3].T
-    return whole, own
+        return contact.frame_a, contact.frame_b
+    return (contact.frame,) if isinstance(contact, SlidingContact | PointContact) else ()
 
 
-def _grasp_rows(contact: GraspContact, kin: Kinematics) -> tuple[Array, Array]:
-    """Return rows (12, nv) of the wrenches on both bodies, and the grasp's own of them (6, 12).
+def own_of(contact: Contact, kin: Kinematics) -> Array:
+    """Return what of the wrenches on its frames, in world axes, are the multipliers of a contact.
 
-    It is half of what acts on b less what acts on a, both at the origin of b, in the axes of a.
+    Of a grasp it is half of what acts on b less what acts on a, both at the origin of b, in the
+    axes of a.
     """
+    if isinstance(contact, SoleContact):
+        own = np.zeros((6, 6))
+        own[:3, :3] = own[3:, 3:] = contact.T_world_anchor.rotation.T
+        return own
+    if isinstance(contact, PointContact):
+        return np.eye(3, 6)
+    if isinstance(contact, SlidingContact):
+        return np.concatenate((contact.normal(kin), np.zeros(3)))[None]
+    if not isinstance(contact, GraspContact):
+        return np.eye(contact.size)
     T_a, T_b = kin.placement(contact.frame_a), kin.placement(contact.frame_b)
     turned, own = T_a.rotation.T, np.zeros((6, 12))
     own[:3, :3] = own[3:, 3:6] = -0.5 * turned
     own[:3, 6:9] = own[3:, 9:] = 0.5 * turned
     own[3:, :3] = -0.5 * turned @ skew(T_a.translation - T_b.translation)
-    return np.vstack((kin.jacobian(contact.frame_a), kin.jacobian(contact.frame_b))), own
+    return own

@@ -13,11 +13,13 @@ from equipoise.estimation import EstimatingRobot
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics import PhysicsState
 from equipoise.remote.pace import Clock, Due, Lockstep, Pace, RealTime, require_driven
+from equipoise.remote.ramp_out import RampOut
 from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
 from equipoise.simulation.build.assemble import Controls, Prepared, assemble_controls
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.held_rows import HeldRows
+from equipoise.simulation.operator import StopRequested
 from equipoise.simulation.recorder import Recorder
 from equipoise.spatial import Array
 from equipoise.wbc import WholeBodyCommand
@@ -80,6 +82,9 @@ class RemoteRun(ControlledRun):
         self._nothing = [np.full(n, np.nan) for n in (self.robot.nq, self.robot.nv, contacts.size)]
         self._told: list[str] = []
         self.released: Callable[[], None] = _release_nothing  # is called when the robot was let go
+        self.ramp_out = RampOut(self.controller)
+        if isinstance(self.link, EstimatingRobot):
+            self.link.follows = self.controller.follows  # contacts come and go by its clock
 
     @property
     def robot_channels(self) -> list[Channel]:
@@ -100,7 +105,8 @@ class RemoteRun(ControlledRun):
             lost.append(
                 f"{self._pace.missed} ticks had no state in time, {self._pace.skipped} were skipped"
             )
-        return (*super().story, *self._told, *lost)
+        ramped_out = [self.ramp_out.told] if self.ramp_out.told else []
+        return (*super().story, *self._told, *lost, *ramped_out)
 
     def meet(self) -> list[str]:
         """Wait for the robot and look at it, commanding nothing; return what was found, in words.
@@ -161,41 +167,53 @@ class RemoteRun(ControlledRun):
             assert self._first is not None
             if self.scenario.control.start == "standing":
                 self.controller.take_over(self._first.tau)
-            if isinstance(self._pace, RealTime):
-                self._warm_up(self._first)
+            self._warm_up(self._first)
             yield from self._drive(Due(0, self._first), record)
         finally:
             self.close()
 
     def _drive(self, due: Due, record: TickRecord) -> Iterator[tuple[float, TickRecord]]:
+        """Answer first, record then: a tick is whole once the next state tells its forces."""
         assert due.state is not None
         seen, heard = self._seen(due.state, None), due.state.t
+        open_since: float | None = None  # time of the tick that is recorded but for that
         while due.tick < self.steps:
-            if due.state is not None:
-                self._require_fit(due.state)
             k, t, arrived = due.tick, due.tick * self.dt, perf_counter_ns()
-            self._ask(t, seen)
+            try:
+                self._may_go_on(t, due.state, seen)
+            except (RobotLostError, StopRequested):
+                if open_since is not None:
+                    yield self._completed(open_since, seen, record)
+                raise
             command = self._command(t, due.state)
             answer = RobotCommand(heard, CommandMode.TORQUE, command.tau)
             self.link.write(answer)
             answered = perf_counter_ns()
-            record["wire"][:] = (
-                t - heard if due.state is not None else np.nan, 1e-9 * (answered - arrived)
-            )  # fmt: skip
-            if isinstance(self.link, EstimatingRobot):
-                record["estimate"][:] = self.link.base.spread
+            if open_since is not None:
+                yield self._completed(open_since, seen, record)
+            age = t - heard if due.state is not None else np.nan
+            self._begin_record(t, seen, command, record)
+            record["wire"][:] = age, 1e-9 * (answered - arrived)
+            open_since, before = t, seen
             due = self._pace.next(k, answer)
-            after = seen
             if due.state is not None:
-                after, heard = self._seen(due.state, seen), due.state.t
+                seen, heard = self._seen(due.state, before), due.state.t
             self.tick_ns[k] = answered - arrived, perf_counter_ns() - answered
-            yield self._recorded(t, seen, command, after, record)
             for skipped in range(k + 1, min(due.tick, self.steps)):
-                t = skipped * self.dt
-                command = self.controller.hold(t, command)
+                yield self._completed(open_since, seen, record)
+                open_since = skipped * self.dt
+                command = self.controller.hold(open_since, command)
+                self._begin_record(open_since, before, command, record)
                 record["wire"][:] = np.nan
-                yield self._recorded(t, seen, command, after, record)
-            seen = after
+        if open_since is not None:
+            yield self._completed(open_since, seen, record)
+
+    def _may_go_on(self, t: float, state: RobotState | None, seen: PhysicsState) -> None:
+        """Ask robot and people before a tick. Raises: `RobotLostError`, `StopRequested`."""
+        if state is not None:
+            self._require_fit(state)
+        self._ask(t, seen)
+        self.ramp_out.before_tick(t, seen.v)
 
     def _require_fit(self, state: RobotState) -> None:
         """Refuse to drive on a robot that says it must not be. Raises: `RobotLostError`."""
@@ -204,13 +222,14 @@ class RemoteRun(ControlledRun):
             raise RobotLostError(f"The robot was let go at t = {state.t:.3f} s: {unfit}.")
 
     def _warm_up(self, state: RobotState) -> None:
-        """Go through all that a tick may need, so that no kernel is loaded while time runs."""
+        """Go through all that a tick may need, so that no kernel is loaded while a robot waits."""
         controller, changes = self.controller, self.controller.supervisor.changes
         memory, told = controller.state(), len(changes)
         seen = self._seen(state, None)
         for _ in range(3):
             command = self._command(0.0, state)
             self.recorder.write(0.0, seen, command, seen)
+            self.recorder.correct(seen)
             command = controller.hold(0.0, command)
         for t in np.linspace(0.0, 2.0 * controller.supervisor.limits.patience, 5):
             self._command(float(t), None)
@@ -220,17 +239,20 @@ class RemoteRun(ControlledRun):
     def _command(self, t: float, state: RobotState | None) -> WholeBodyCommand:
         """Return the command at time `t` [s], on a state or on nothing."""
         q, v, lam = (state.q, state.v, state.lam) if state is not None else self._nothing
-        held = self._held.rows(self.controller.supports.at(t))
+        held = self._held.rows(self.controller.supports.at(self.controller.follows(t)))
         return self.controller.step(t, q, v, lam[held])
 
     def _ask(self, t: float, seen: PhysicsState) -> None:
-        if self.operator_port is not None:
-            pushed = self.operator_port.before_tick(t, seen)
-            if pushed is not None:
+        if self.operator_port is None:
+            return
+        try:
+            if self.operator_port.before_tick(t, seen) is not None:
                 self.tell(NO_PUSH)
+        except StopRequested:
+            self.ramp_out.ask("a person ended it")
 
     def _seen(self, state: RobotState, before: PhysicsState | None) -> PhysicsState:
-        """Return a state for the log: what is missing is as it was."""
+        """Return a state for the log: what is missing is as it was. Its violation is not known."""
         parts = state.q, state.v, state.lam
         if before is not None:
             last = before.q, before.v, before.lam
@@ -238,7 +260,7 @@ class RemoteRun(ControlledRun):
                 np.where(np.isfinite(new), new, old) for new, old in zip(parts, last, strict=True)
             )  # type: ignore[assignment]
         q, v, lam = parts
-        return PhysicsState(state.t, q, v, lam, self._violation(state.t, q))
+        return PhysicsState(state.t, q, v, lam, np.nan)
 
     def _violation(self, t: float, q: Array) -> float:
         """Return how far a supporting contact has moved, by what is measured."""
@@ -246,15 +268,20 @@ class RemoteRun(ControlledRun):
         held = [c for c in self.setup.schedule.at(t).contacts if c.supporting]
         return max((float(np.abs(c.residual(kin)).max()) for c in held), default=0.0)
 
-    def _recorded(
-        self,
-        t: float,
-        seen: PhysicsState,
-        command: WholeBodyCommand,
-        after: PhysicsState,
-        record: TickRecord,
+    def _begin_record(
+        self, t: float, seen: PhysicsState, command: WholeBodyCommand, record: TickRecord
+    ) -> None:
+        """Write down a tick, all but the forces that act during it."""
+        self.recorder.write(t, seen, command, seen)
+        if isinstance(self.link, EstimatingRobot):
+            record["estimate"][:] = self.link.base.spread
+
+    def _completed(
+        self, t: float, after: PhysicsState, record: TickRecord
     ) -> tuple[float, TickRecord]:
-        self.recorder.write(t, seen, command, after)
+        """Complete the tick that was begun at time `t` [s]."""
+        violation = self._violation(after.t, after.q)
+        self.recorder.correct(after._replace(violation=violation))
         if self.operator_port is not None:
             self.operator_port.after_tick(t, record)
         return t, record

@@ -69,6 +69,7 @@ class FarEnd:
     ) -> None:
         self.robot, self.server, self.settings = robot, server, settings
         self.cause = ""
+        self.interrupted = False  # whether somebody at its own end asked for that
         self.aftermath = Aftermath()
         self._now: Callable[[], float] = server.now
         self._heard, self._heard_wall = 0.0, self._now()
@@ -104,6 +105,16 @@ class FarEnd:
             self._answer(command)
         else:
             self._go_on(command)
+
+    def leave(self, cause: str) -> None:
+        """Let the robot be on its own, asked for at its own end; one that only waits ends."""
+        if self.ended or self.alone:
+            return
+        self.interrupted = True
+        if self.robot.mode is RobotMode.WAITING:
+            self._end(cause)
+        else:
+            self._leave(cause)
 
     # -- going on -------------------------------------------------------------------------------
 

@@ -94,15 +94,29 @@ def observe(
     numbers[at[OF_EDGE]] = least_room(matrix(seen, NORMALS), vector(seen, OFFSETS), com[0], com[1])
     evaluate_targets(targets, t)
     measure_errors(state, targets, seen, numbers)
+    write_forces(seen, lam, numbers)
+    asked = find_distances_there(state, pairs, 0)
+    if asked == 0:
+        write_distances(pairs, numbers, at[OF_DISTANCE])
+    return asked
+
+
+@entrance
+def observe_forces(
+    floats: np.ndarray, whole: np.ndarray, tables: np.ndarray, lam: np.ndarray, numbers: np.ndarray
+) -> None:
+    """Write multipliers lam [r] into a record's `numbers`, and what follows from them alone."""
+    write_forces(part_of(floats, whole, tables, 4), lam, numbers)
+
+
+@compiled
+def write_forces(seen: Block, lam: np.ndarray, numbers: np.ndarray) -> None:
+    """Write the multipliers of each contact and the margins of each sole."""
     measure_margins(seen, lam, numbers)
     places, rows = integers(seen, OF_LAM), integer_matrix(seen, LAM_ROWS)
     for k in range(places.shape[0]):
         if places[k] >= 0:
             write(lam[rows[k, 0] : rows[k, 1]], numbers, places[k])
-    asked = find_distances_there(state, pairs, 0)
-    if asked == 0:
-        write_distances(pairs, numbers, at[OF_DISTANCE])
-    return asked
 
 
 @compiled
@@ -229,6 +243,10 @@ class Observer:
         if observe(*self._blocks, t, q, v, result, lam, self._numbers):
             self.pairs.ask_coal(parts["pairs"])
             distances_alone(*self._blocks, self._numbers)
+
+    def look_at_forces(self, lam: Array) -> None:
+        """Write `lam` (r,) and what follows from it into the tick that was written last."""
+        observe_forces(*self._blocks, lam, self._numbers)
 
 
 @entrance

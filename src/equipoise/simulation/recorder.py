@@ -90,6 +90,11 @@ class Recorder:
         for view, slider, travel in self._slider_views:
             view[:] = slider.travel, travel(t)[0]
 
+    def correct(self, after: PhysicsState) -> None:
+        """Put right in the record what only the next state tells: multipliers and violation."""
+        self._observer.look_at_forces(after.lam)
+        self._violation[0] = after.violation
+
     def _follow_supports(self) -> None:
         """Measure the balance on the contacts that support now, where they stand."""
         self._contacts = self.controller.contacts

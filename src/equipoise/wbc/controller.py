@@ -34,13 +34,14 @@ from equipoise.hqp import HierarchySolver, Status, make_solver
 from equipoise.kinematics.tree import fill_tree, tree_of
 from equipoise.motion import MotionGenerator
 from equipoise.motion.generator import STAGES, STATUS_OF
+from equipoise.motion.governor import bring_to_stand
 from equipoise.motion.levels import Wishes
 from equipoise.motion.memory import CLOCK_RATE, CLOCK_TIME, GOVERNED
 from equipoise.motion.memory import STATUS as MOTION_STATUS
 from equipoise.motion.program import MotionProgram
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_array, real_vector, require_period, time_of
+from equipoise.spatial.numbers import positive, real_array, real_vector, require_period, time_of
 from equipoise.tasks import Task
 from equipoise.trajectories import Fade
 from equipoise.trajectories.scalars import Scalar, fill_scalars, scalar_shapes
@@ -290,16 +291,22 @@ class WholeBodyController:
 
     @property
     def clock(self) -> tuple[float, float]:
-        """Rate [1] and time [s] of the governor's clock; (1, nan) without a governor."""
+        """Rate [1] and time [s] of the governor's clock; (1, nan) where nobody slows it."""
         clock = self.workspace.parts["tasks"].clock
         return float(clock[CLOCK_RATE]), float(clock[CLOCK_TIME]) if clock[GOVERNED] else np.nan
 
-    def _follow(self, t: float) -> float:
-        """Note and return the time [s] whose targets are followed in the tick of time `t`."""
-        self.followed_at = t
-        if self.settings.governor is not None:
-            self.followed_at = float(self.workspace.parts["tasks"].clock[CLOCK_TIME])
-        return self.followed_at
+    def follows(self, t: float) -> float:
+        """Return the time [s] whose targets and contacts are followed in the tick of time `t`."""
+        clock = self.workspace.parts["tasks"].clock
+        return float(clock[CLOCK_TIME]) if clock[GOVERNED] else t
+
+    def come_to_stand(self, t: float, within: float) -> None:
+        """Let all that is wanted slow down and stand still `within` [s], for good: a calm end.
+
+        From time `t` [s] on tasks, contacts and wanted forces are those of a clock that stops.
+        Raises: `InputError`.
+        """
+        bring_to_stand(self.workspace.parts["tasks"], time_of(t), positive("within", within, "s"))
 
     @property
     def motion_status(self) -> Status:
@@ -341,12 +348,12 @@ class WholeBodyController:
         Raises: `ShapeError`, `InputError` for what is no array of the right size or no time.
         """
         t = time_of(t)
-        stack = self.supports.at(t)
+        self.followed_at = followed = self.follows(t)
+        stack = self.supports.at(followed)
         if stack is not self._held:
             self._go_over(stack)
         q, v, lam = self._checked(q, v, wrenches)
         self.motion.stamp += 1
-        followed = self._follow(t)
         self.wants.write(self.workspace.parts["scalars"].values, followed)
         if self._fused and self.supervisor.mode is Mode.RUN:
             return self._in_one(t, q, v, lam)
@@ -432,11 +439,11 @@ class WholeBodyController:
         Raises: `InputError` for what is no time.
         """
         t = time_of(t)
-        stack = self.supports.at(t)
+        self.followed_at = followed = self.follows(t)
+        stack = self.supports.at(followed)
         if stack is not self._held:
             self._go_over(stack)
         self.motion.stamp += 1
-        followed = self._follow(t)
         self.wants.write(self.workspace.parts["scalars"].values, followed)
         self.motion.solve(followed)
         result = last.result.copy()

@@ -1,4 +1,4 @@
-"""Write the tables of docs/walking.md from the kept results in benchmarks/walking.jsonl."""
+"""Write the measured parts of docs/walking.md from what benchmarks/walking*.py kept."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "benchmarks" / "walking.jsonl"
+TICKS = ROOT / "benchmarks" / "walking_tick.json"
 PAGE = ROOT / "docs" / "walking.md"
 ROBOTS = {"hrp2": "HRP-2", "talos": "TALOS", "g1": "G1"}
 
@@ -37,13 +38,29 @@ def results(rows: Sequence[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def filled(text: str, rows: Sequence[dict[str, Any]]) -> str:
-    """Return the page's text with its table written anew."""
-    pattern = r"(<!-- measured:walking -->\n).*?(<!-- /measured:walking -->)"
-    new = results(rows) + "\n"
-    return re.sub(pattern, lambda m: m[1] + new + m[2], text, flags=re.DOTALL)
+def ticks(rows: Sequence[dict[str, Any]]) -> str:
+    """Return the sentence on what a tick takes."""
+    walk, tray = (row["median_us"] for row in rows)
+    return (
+        f"A tick of the walk takes {walk:.0f} µs where one of the tray takes {tray:.0f}: "
+        f"{walk / tray:.2f} times (`python benchmarks/walking_tick.py`; medians in MuJoCo)."
+    )
+
+
+def filled(text: str, rows: Sequence[dict[str, Any]], timed: Sequence[dict[str, Any]]) -> str:
+    """Return the page's text with what was measured written anew."""
+    for name, new in (("walking", results(rows)), ("tick", ticks(timed))):
+        pattern = rf"(<!-- measured:{name} -->\n).*?(<!-- /measured:{name} -->)"
+        text = re.sub(pattern, lambda m, new=new: f"{m[1]}{new}\n{m[2]}", text, flags=re.DOTALL)
+    return text
+
+
+def page() -> str:
+    """Return the page as it is to be."""
+    kept = [json.loads(line) for line in KEPT.read_text(encoding="utf-8").splitlines()]
+    timed = json.loads(TICKS.read_text(encoding="utf-8"))
+    return filled(PAGE.read_text(encoding="utf-8"), kept, timed)
 
 
 if __name__ == "__main__":
-    kept = [json.loads(line) for line in KEPT.read_text(encoding="utf-8").splitlines()]
-    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), kept), encoding="utf-8")
+    PAGE.write_text(page(), encoding="utf-8")

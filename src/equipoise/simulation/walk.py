@@ -17,7 +17,7 @@ from equipoise.walking.feasible import zmp_at
 from equipoise.walking.feet import Stance
 from equipoise.wbc import WholeBodyController
 
-NORMAL, WRENCH = 2, 6  # row of a sole's wrench, and how many it has
+NORMAL = 2  # row of a sole's wrench
 PATIENCE = 0.025  # [s] that a sole may take to do what is newly planned: to be unloaded takes 22 ms
 UNPLANNED = (Phase.TOUCHED, Phase.LATE, Phase.LOST)
 PHASES = ", ".join(f"{one.code:g} {one.name.lower()}" for one in Phase)
@@ -39,6 +39,7 @@ class WalkDriver:
         self.walker = walk.walker(self._balance)
         self.controller, self.engine = controller, engine
         self._rows = [setup.contacts.rows[name].start + NORMAL for name in walk.contacts]
+        self._wrench_rows = {name: setup.contacts.rows[name] for name in walk.contacts}
         self._frames = [sole.frame for sole in walk.planner.feet.soles]
         self._carry: tuple[int, ...] = self.walker.supports
         self._seen = 0.0
@@ -57,7 +58,7 @@ class WalkDriver:
         if walk.spec.stop is not None and self._seen < walk.spec.stop <= t:
             walker.stop()
         self._seen = t
-        loads = reading.lam[self._rows].tolist()
+        loads = [float(reading.lam[row]) for row in self._rows]
         carry = walker.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
         self._air = walker.swinging or self._air
         self.phases.update(t, self._planned(), self._wrenches(reading))
@@ -81,8 +82,7 @@ class WalkDriver:
         return [name for foot, name in enumerate(self.walk.contacts) if foot != swings]
 
     def _wrenches(self, reading: Reading) -> dict[str, Array]:
-        contacts = zip(self.walk.contacts, self._rows, strict=True)
-        return {name: reading.lam[row - NORMAL : row - NORMAL + WRENCH] for name, row in contacts}
+        return {name: reading.lam[rows] for name, rows in self._wrench_rows.items()}
 
     def _give_way(self, balance: BalanceFeedback, reading: Reading) -> None:
         """Lead the centre of mass aside, as far as the robot is from where it was to be."""

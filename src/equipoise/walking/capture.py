@@ -16,7 +16,7 @@ import numpy as np
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative
 from equipoise.walking.feet import LEFT
-from equipoise.walking.swing import FootSample
+from equipoise.walking.foot_path import FootSample
 
 QUICK = 12.0  # [1/s] rate of the critically damped lag with which a foot goes aside
 SOON = 0.05  # [s] before a touchdown from which on a foot is not led elsewhere any more
@@ -70,3 +70,9 @@ class StepAside:
         T.translation[:2] += self.p
         twist[:2] += self.v
         return FootSample(T, twist, sample.acceleration)
+
+    def move_row(self, rate: float, row: Array) -> None:
+        """Put a foot's pose row and twist (18,), of a clock that goes at `rate`, as far aside."""
+        if self.acts:
+            row[9:11] += self.p
+            row[12:14] += rate * self.v

@@ -13,8 +13,10 @@ from equipoise.given import require_kind
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, positive, real_number
 from equipoise.spatial.poses import rigid
-from equipoise.trajectories.minimum_jerk import FASTEST, share_of, step, step_bend, step_rate
+from equipoise.trajectories.minimum_jerk import FASTEST
 from equipoise.trajectories.quintic import powers_between
+from equipoise.walking.foot_path import OFFSETS, POWERS, FootPath, constant, line, shifted
+from equipoise.walking.pieces import STEP
 
 RISE = 0.45  # share of the swing in which the foot goes up
 LONGEST = 600.0  # [s] of a foot in the air
@@ -39,16 +41,7 @@ class SwingShape:
         not_negative("the way a foot searches", self.search, "m")
 
 
-@dataclass(frozen=True)
-class FootSample:
-    """A foot's pose with twist and acceleration (6,) in world axes: linear, then angular."""
-
-    T_world_sole: pin.SE3
-    twist: Array
-    acceleration: Array
-
-
-class Swing:
+class Swing(FootPath):
     """The way of a foot from `T_from` (lifted at `lift` [s]) to `T_to` (down at `land` [s]).
 
     Upwards it goes from rest to the top and down to a touchdown at a speed; across and in its turn
@@ -70,23 +63,37 @@ class Swing:
             )
         self.T_from, self.T_to, self.lift, self.land, self.shape = T_from, T_to, lift, land, shape
         self._way = T_to.translation - T_from.translation
-        self._axis = pin.log3(T_from.rotation.T @ T_to.rotation)
-        # plain numbers, which are read every tick
-        self._begin, self._across = T_from.translation[:2].tolist(), self._way[:2].tolist()
-        self._turn: list[float] = (T_from.rotation @ self._axis).tolist()
-        self._turns = bool(np.any(self._axis))
-        T = land - lift
-        z0, z1 = float(T_from.translation[2]), float(T_to.translation[2])
-        top = max(z0, z1) + shape.height
-        self._turning = lift + RISE * T
-        rest, summit = [[z0], [0.0], [0.0]], [[top], [0.0], [0.0]]
-        down = [[z1], [-shape.touchdown], [0.0]]
-        self._up = powers_between(RISE * T, np.array(rest), np.array(summit))[:, 0].tolist()
-        self._down = powers_between((1.0 - RISE) * T, np.array(summit), np.array(down))[
-            :, 0
-        ].tolist()
+        super().__init__(T_from, *self._pieces())
 
-    rests_from = math.inf  # [s] from when on it stands still
+    def _pieces(self) -> tuple[list[float], list[Array]]:
+        """Return when the pieces begin, and their powers."""
+        T, lift, land, shape = self.duration, self.lift, self.land, self.shape
+        rise, touchdown = float(self._way[2]), shape.touchdown
+        top = max(rise, 0.0) + shape.height
+        turning = lift + RISE * T
+        start, stop = lift + ACROSS[0] * T, lift + ACROSS[1] * T
+        rest, summit, down = ([0.0] * 3, [top, 0.0, 0.0], [rise, -touchdown, 0.0])
+        upwards = [
+            (lift, _between(RISE * T, rest, summit)),
+            (turning, _between(land - turning, summit, down)),
+        ]
+        turn = pin.log3(self.T_from.rotation.T @ self.T_to.rotation)
+        goal = np.concatenate((self._way[:2], [0.0], turn))
+        step = np.outer(STEP[::-1] / (stop - start) ** np.arange(POWERS - 1, -1.0, -1.0), goal)
+        across = [(lift, constant(0.0 * goal)), (start, step), (stop, constant(goal))]
+        starts = sorted([lift, turning, start, stop])
+        powers = []
+        for begin in starts:
+            piece = _going_at(across, begin)
+            piece[:, 2] = _going_at(upwards, begin)
+            powers.append(piece)
+        there, sinking = goal.copy(), np.zeros(OFFSETS)
+        there[2], sinking[2] = rise, -touchdown
+        if shape.search:
+            starts.append(land)
+            powers.append(line(there, sinking))
+        there[2] -= shape.search
+        return [*starts, land + shape.search / touchdown], [*powers, constant(there)]
 
     @property
     def fastest(self) -> float:
@@ -105,53 +112,15 @@ class Swing:
         """How long [s] it is in the air, as planned."""
         return self.land - self.lift
 
-    def at(self, t: float) -> FootSample:
-        """Return the foot at time `t` [s]."""
-        T, (begin, end) = self.duration, ACROSS
-        start, stop = self.lift + begin * T, self.lift + end * T
-        x, span = share_of(t, start, stop), stop - start
-        s, rate, bend = step(x), step_rate(x) / span, step_bend(x) / span**2
-        z, vz, az = self._upwards(t)
-        R = self.T_from.rotation
-        if self._turns:
-            R = R @ pin.exp3(s * self._axis)
-        (x0, y0), (dx, dy), (tx, ty, tz) = self._begin, self._across, self._turn
-        return FootSample(
-            pin.SE3(R, np.array([x0 + s * dx, y0 + s * dy, z])),
-            np.array([rate * dx, rate * dy, vz, rate * tx, rate * ty, rate * tz]),
-            np.array([bend * dx, bend * dy, az, bend * tx, bend * ty, bend * tz]),
-        )
 
-    def _upwards(self, t: float) -> tuple[float, float, float]:
-        """Return height [m], its rate and its second derivative."""
-        if t >= self.land:
-            gone = min(self.shape.touchdown * (t - self.land), self.shape.search)
-            sinks = gone < self.shape.search or not self.shape.search
-            z = float(self.T_to.translation[2]) - gone
-            return z, -self.shape.touchdown if sinks else 0.0, 0.0
-        if t <= self.lift:
-            return float(self.T_from.translation[2]), 0.0, 0.0
-        up = t < self._turning
-        powers, since = (self._up, self.lift) if up else (self._down, self._turning)
-        return with_derivatives(powers, t - since)
+def _between(duration: float, begin: list[float], end: list[float]) -> Array:
+    """Return the powers (6,) of a quintic between two states: value and two derivatives."""
+    powers = powers_between(duration, np.array(begin)[:, None], np.array(end)[:, None])
+    one: Array = powers[:, 0]
+    return one
 
 
-class Standing:
-    """A foot that stands."""
-
-    rests_from = -math.inf
-
-    def __init__(self, T_world_sole: pin.SE3) -> None:
-        self.T_to = T_world_sole
-
-    def at(self, t: float) -> FootSample:
-        """Return the foot, at rest."""
-        return FootSample(self.T_to, np.zeros(6), np.zeros(6))
-
-
-def with_derivatives(powers: Array, s: float) -> tuple:  # type: ignore[type-arg]
-    """Return a polynomial, highest power first, and its two derivatives."""
-    x, v, a = 0.0 * powers[0], 0.0 * powers[0], 0.0 * powers[0]
-    for power in powers:
-        a, v, x = a * s + 2.0 * v, v * s + x, x * s + power
-    return x, v, a
+def _going_at(pieces: list[tuple[float, Array]], t: float) -> Array:
+    """Return the powers, from time `t` [s] on, of the piece that goes on then."""
+    begin, powers = next(one for one in reversed(pieces) if one[0] <= t)
+    return shifted(powers, t - begin)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from equipoise.trajectories.minimum_jerk import share_of, step, step_rate
+from equipoise.trajectories.minimum_jerk import step, step_rate
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,12 @@ class Track:
         """Return value and rate at time `t` [s]."""
         value, rate = self.start, 0.0
         for one in self.changes:
-            x = share_of(t, one.start, one.end)
-            value += one.by * step(x)
-            rate += one.by * step_rate(x) / (one.end - one.start)
+            if t >= one.end:
+                value += one.by
+            elif t > one.start:
+                x = (t - one.start) / (one.end - one.start)
+                value += one.by * step(x)
+                rate += one.by * step_rate(x) / (one.end - one.start)
         return value, rate
 
     @property

@@ -16,13 +16,15 @@ from equipoise.walking.balance import BalanceFeedback
 from equipoise.walking.capture import StepAside
 from equipoise.walking.clock import WalkClock
 from equipoise.walking.feet import LEFT, RIGHT, Stance, level_pose, with_foot, yaw_of
+from equipoise.walking.foot_path import FootPath, Standing
 from equipoise.walking.footsteps import Footstep, closing_step, moved_by
-from equipoise.walking.landing import FootPath, Glide, Probe
+from equipoise.walking.landing import Glide, Probe
 from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
-from equipoise.walking.swing import Standing, Swing
+from equipoise.walking.swing import Swing
 from equipoise.walking.targets import LedPose, WalkTargets
 
 BOTH = (LEFT, RIGHT)
+UPRIGHT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 TOO_LATE = 0.04  # [s] before its planned touchdown from which on a foot is not let go again
 OFF = 0.3  # of the load of a touchdown, below which a foot has come off
 LATE = 0.01  # [s] behind its plan at which a touchdown is told to be late
@@ -128,9 +130,10 @@ class Walker:
         self._wanted: list[Footstep] | None = None
         self._stops = self._stood = self._told = False
         self._heading = self.plan.heading.at(self.clock.t)[0]
-        self._upright: dict[str, Array] = {
-            name: led.at(0.0).T_world_target.rotation for name, led in self.targets.upright.items()
-        }
+        self._upright = [
+            (led, led.at(0.0).T_world_target.rotation.T.tolist())
+            for led in self.targets.upright.values()
+        ]
         self._last_heading = self._heading
         centre, ground = self.plan.centre.at(self.clock.t), self.plan.ground.at(self.clock.t)
         self._start = np.array([*centre.p, ground[0]])
@@ -288,10 +291,10 @@ class Walker:
         for foot, path in enumerate(self._paths):
             if self._at_rest[foot] is path:
                 continue
-            sample = path.at(s)
+            row = self.targets.soles[foot].row(s)
+            path.write_row(s, rate, row)
             if self._swing is not None and foot == self._swing.foot:
-                sample = self._aside.moved(sample)
-            self.targets.soles[foot].write(sample.T_world_sole, rate * sample.twist)
+                self._aside.move_row(rate, row)
             self._at_rest[foot] = path if s >= path.rests_from else None
         x, y, vx, vy = self.plan.centre.motion(s)
         ground, rise = self.plan.ground.at(s)
@@ -306,10 +309,8 @@ class Walker:
         if turned == self._turned:
             return
         self._turned = turned
-        c, sn = math.cos(turned[0]), math.sin(turned[0])
-        turn = np.array([[c, -sn, 0.0], [sn, c, 0.0], [0.0, 0.0, 1.0]])
-        for name, led in self.targets.upright.items():
-            led.write_heading(turn @ self._upright[name], turned[1])
+        for led, columns in self._upright:
+            led.write_heading(columns, *turned)
 
     def _carry(
         self, carrier: LedPose, place: Array, speed: Array, turned: tuple[float, float]
@@ -323,5 +324,5 @@ class Walker:
         c, sn = math.cos(turn), math.sin(turn)
         from_start = np.array([c * x - sn * y, sn * x + c * y, z])
         sweep = spin * np.array([-from_start[1], from_start[0], 0.0])
-        carrier.write_heading(np.array([[c, -sn, 0.0], [sn, c, 0.0], [0.0, 0.0, 1.0]]), spin)
+        carrier.write_heading(UPRIGHT, turn, spin)
         carrier.write_point(place - from_start, speed - sweep)

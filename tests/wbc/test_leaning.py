@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from equipoise import LoopSettings, RigidContactEngine, WholeBodyController, get_robot
 from equipoise.contacts import SurfaceContact
 from equipoise.motion.levels import feet_of, polygon_of
 from equipoise.robots import Robot
+from equipoise.spatial import pose
 from equipoise.tasks import ComPolygonTask, FloorSupportTask, JointLimitsTask
 from helpers import kinematics
 
@@ -16,13 +18,23 @@ MARGIN = 0.03  # [m]
 G = 9.81
 
 
-def pressing(robot: Robot, dt: float, force: float, **more: object) -> WholeBodyController:
+def start_of(robot: Robot, yaw: float) -> np.ndarray:
+    """Return half-sitting, turned about the vertical and 0.3 m aside."""
+    q = robot.q_half_sitting.copy()
+    q[:7] = pin.SE3ToXYZQUAT(pose((0.3, 0.0, 0.0), (0.0, 0.0, yaw)) * pin.XYZQUATToSE3(q[:7]))
+    return q
+
+
+def pressing(
+    robot: Robot, dt: float, force: float, yaw: float = 0.0, **more: object
+) -> WholeBodyController:
     """Return a controller whose right palm presses forward, and a bit down."""
-    kin = kinematics(robot, robot.q_half_sitting)
-    wall = SurfaceContact.on_plane("wall", "right_palm", kin, (-1.0, 0.2, 0.3))
+    q = start_of(robot, yaw)
+    normal = pose((0.0, 0.0, 0.0), (0.0, 0.0, yaw)).rotation @ np.array([-1.0, 0.2, 0.3])
+    wall = SurfaceContact.on_plane("wall", "right_palm", kinematics(robot, q), normal)
     loop = LoopSettings(period=dt, margin=MARGIN)
     return WholeBodyController.standing(
-        robot, contacts=[wall], forces={"wall": force}, loop=loop, **more
+        robot, q, contacts=[wall], forces={"wall": force}, loop=loop, **more
     )
 
 
@@ -40,7 +52,7 @@ def zero_moment_point(robot: Robot, controller: WholeBodyController, q: np.ndarr
 
 def follow_exactly(controller: WholeBodyController, seconds: float, each) -> None:
     """Run on a robot that is where its reference is."""
-    robot, q = controller.robot, controller.robot.q_half_sitting
+    robot, q = controller.robot, controller.motion.q_ref
     v, lam = np.zeros(robot.nv), np.zeros(controller.contacts.size)
     rows = controller.contacts.rows["wall"]
     for k in range(round(seconds / controller.dt)):
@@ -51,14 +63,15 @@ def follow_exactly(controller: WholeBodyController, seconds: float, each) -> Non
 
 
 @pytest.mark.parametrize(
-    ("name", "force", "dt"), [("hrp2", 200.0, 0.005), ("g1", 85.0, 0.005), ("g1", 85.0, 0.002)]
+    ("name", "force", "dt", "yaw"),
+    [("hrp2", 200.0, 0.005, 2.0), ("g1", 85.0, 0.005, 0.0), ("g1", 85.0, 0.002, -0.7)],
 )
-def test_the_soles_bear_it_on_the_whole_way(name, force, dt):
+def test_the_soles_bear_it_on_the_whole_way(name, force, dt, yaw):
     """On the way there, there, and on the way back; without leaning they would not."""
     robot = get_robot(name)
-    controller = pressing(robot, dt, force)
-    polygon = polygon_of(feet_of(robot, robot.q_half_sitting, None, 0.7))
-    start = robot.at(robot.q_half_sitting).p_world_com[:2].copy()
+    controller, q = pressing(robot, dt, force, yaw), start_of(robot, yaw)
+    polygon = polygon_of(feet_of(robot, q, None, 0.7))
+    start = robot.at(q).p_world_com[:2].copy()
     room, asked, waited = [], [], []
 
     def each(t, command):
@@ -77,8 +90,9 @@ def test_the_soles_bear_it_on_the_whole_way(name, force, dt):
     assert max(waited[at(8.0) :]) > 1.0
     assert abs(asked[-1]) < 0.01 * force
     # statics: with the centre of mass where it was, the full force would tip the robot over
-    height = robot.at(robot.q_half_sitting).placement("right_palm").translation[2]
-    assert polygon.margin(start - [force * height / (robot.mass * G), 0.0]) < 0.0
+    height = robot.at(q).placement("right_palm").translation[2]
+    behind = force * height / (robot.mass * G) * np.array([np.cos(yaw), np.sin(yaw)])
+    assert polygon.margin(start - behind) < 0.0
     assert np.abs(np.diff(asked)).max() < 2.0 * force / 0.5 * dt
 
 
@@ -86,14 +100,14 @@ def test_what_is_borne_is_asked_at_once(hrp2):
     controller = pressing(hrp2, 0.002, 10.0)
     follow_exactly(controller, 1.0, lambda t, command: None)
     assert controller.asked[0] == controller.wanted[0] == 10.0
-    assert np.abs(controller.motion.q_ref - hrp2.q_half_sitting).max() < 1e-3
+    assert np.abs(controller.motion.q_ref - start_of(hrp2, 0.0)).max() < 1e-3
 
 
 def test_more_than_can_be_borne_is_never_asked():
     """A wall that is pressed with the robot's weight: it leans as far as it gets, and stands."""
     g1 = get_robot("g1")
     controller = pressing(g1, 0.01, g1.mass * G)
-    polygon = polygon_of(feet_of(g1, g1.q_half_sitting, None, 0.7))
+    polygon = polygon_of(feet_of(g1, start_of(g1, 0.0), None, 0.7))
     room = []
     follow_exactly(
         controller,
@@ -109,7 +123,7 @@ def test_more_than_can_be_borne_is_never_asked():
 def test_a_reference_in_the_rigid_engine_and_a_memory(hrp2):
     """Two that go on from one state, while a force waits, give the same bits."""
     controller = pressing(hrp2, 0.002, 90.0)
-    engine = RigidContactEngine(hrp2, controller.contacts, hrp2.q_half_sitting, controller.dt)
+    engine = RigidContactEngine(hrp2, controller.contacts, start_of(hrp2, 0.0), controller.dt)
     state, torques = engine.state, []
     for k in range(600):
         if k == 400:
@@ -131,7 +145,7 @@ def test_a_reference_in_the_rigid_engine_and_a_memory(hrp2):
 
 def test_floor_support_knows_what_is_pressed(hrp2):
     """Where it does not, it calls the centre of mass back from where the palm holds it."""
-    polygon = polygon_of(feet_of(hrp2, hrp2.q_half_sitting, None, 0.7))
+    polygon = polygon_of(feet_of(hrp2, start_of(hrp2, 0.0), None, 0.7))
     fastest = {}
     for leans in (True, False):
         limits = JointLimitsTask("limits", hrp2)

@@ -3,7 +3,8 @@
     python benchmarks/page.py [--robot hrp2] [--times 3] [--json FILE]
 
 Chromium with software WebGL draws a page of `play` (the law in the engine rigid) that is served by
-another process: robot, floor, handles, plots. Needs selenium (extra `dev`) and Linux. What others
+another process: robot, floor, handles, plots. Then hands are led on circles, so that every picture
+is another one. Needs selenium (extra `dev`) and Linux. What others
 run on the same cores counts, so the load is told beside every figure, and the core time of browser
 and server, which the load does not change much.
 """
@@ -18,9 +19,12 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
+
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests" / "viewer"), str(ROOT / "benchmarks")]
 SIZE = (1200, 800)
+RADIUS, TURN = 0.06, 1.5  # [m], [rad/s] of the circles
 SECONDS = 8.0  # of counting
 SETTLE = 3.0  # [s] in which panels and lines may come
 COUNT = """
@@ -32,6 +36,28 @@ DRAWN = """
 const info = (window.__viserTestpoints || {}).rendererInfo;
 return [window.__equipoiseCount, info.render.frame, info.render.calls, info.render.triangles];
 """
+
+
+def lead_hands(robot: str, *, reference_only: bool) -> None:
+    """Serve a page of `play` on which hands are led on circles, for ever."""
+    from equipoise.robots import get_robot
+    from equipoise.viewer.playing.live import LiveSession
+    from equipoise.viewer.playing.page import Play
+    from equipoise.viewer.playing.reference import ReferenceSession
+    from equipoise.viewer.server import ViewerServer
+
+    known = get_robot(robot)
+    session = ReferenceSession(known) if reference_only else LiveSession(known, "rigid")
+    server = ViewerServer(port=0)
+    Play(session, server).start()
+    print(f"Served at {server.url}", flush=True)
+    start = {hand: place.copy() for hand, place in session.targets.items()}
+    while True:
+        angle = time.perf_counter() * TURN
+        for hand, place in start.items():
+            aside = RADIUS * np.array([np.sin(angle), 0.0, 1.0 + np.cos(angle)])
+            session.drag(hand, place + aside)
+        time.sleep(0.05)
 
 
 def core_time(root: int) -> float:
@@ -63,15 +89,23 @@ def main() -> None:
 
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--robot", default="hrp2")
-    parser.add_argument("--command", default=f"{sys.executable} -m equipoise")
+    parser.add_argument("--serve", metavar="ROBOT", help="only serve a page, until it is ended")
+    parser.add_argument("--reference-only", action="store_true")
     parser.add_argument("--times", type=int, default=3)
     parser.add_argument("--json", type=Path)
-    asked = parser.parse_args()
+    asked, _ = parser.parse_known_args()
+    if asked.serve is not None:
+        lead_hands(asked.serve, reference_only=asked.reference_only)
     found = []
     for _ in range(asked.times):
         began = time.perf_counter()
-        words = ["play", asked.robot, "--physics", "rigid"]
-        server, address = serve(asked.command.split(), words, ROOT, dict(os.environ))
+        program = [sys.executable, str(Path(__file__).resolve())]
+        server, address = serve(
+            program,
+            ["--serve", asked.robot, *(["--reference-only"] if asked.reference_only else [])],
+            ROOT,
+            dict(os.environ),
+        )
         told = time.perf_counter() - began
         browser = start_chromium(Path(tempfile.mkdtemp()), SIZE)
         try:
@@ -95,6 +129,7 @@ def main() -> None:
         found.append(
             {
                 "robot": asked.robot,
+                "moved_by": "reference" if asked.reference_only else "law",
                 "address_s": told,
                 "robot_drawn_s": ready,
                 "drawn_per_s": (after - before) / took,

@@ -22,6 +22,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "viewer"))
+EQUIPOISE = ".venv/bin/equipoise"
 SIZE = (1200, 800)
 ADDRESS = re.compile(r"http://\S+")
 HAND = """
@@ -78,7 +79,7 @@ def look(clone: Path, env: dict[str, str], clock: Clock, place: Path) -> None:
 
     browser = start_chromium(place / "profile", SIZE)
     since = time.perf_counter()
-    server, address = serve(["view"], clone, env)
+    server, address = serve([str(clone / EQUIPOISE)], ["view"], clone, env)
     try:
         clock.take("view: address told", since)
         opened = time.perf_counter()
@@ -97,7 +98,7 @@ def play(clone: Path, env: dict[str, str], clock: Clock, place: Path, what: str)
 
     browser = start_chromium(place / "profile", SIZE)
     since = time.perf_counter()
-    server, address = serve(["play"], clone, env)
+    server, address = serve([str(clone / EQUIPOISE)], ["play"], clone, env)
     try:
         clock.take(f"{what}: address told", since)
         opened = time.perf_counter()
@@ -134,9 +135,11 @@ def arrow_up(browser: Any) -> tuple[int, int]:
     return int(columns[at] * ratio), int(rows[at] * ratio)
 
 
-def serve(words: list[str], clone: Path, env: dict[str, str]) -> tuple[Any, str]:
+def serve(
+    program: list[str], words: list[str], clone: Path, env: dict[str, str]
+) -> tuple[Any, str]:
     """Start a page; return the process and the address that it tells."""
-    command = [str(clone / ".venv/bin/equipoise"), *words, "--no-browser", "--port", "0"]
+    command = [*program, *words, "--no-browser", "--port", "0"]
     server = subprocess.Popen(
         command, cwd=clone, env=env | {"PYTHONUNBUFFERED": "1"}, stdout=subprocess.PIPE, text=True
     )

@@ -1,5 +1,7 @@
 """Runs the scenarios of the gallery and draws its pictures: `python docs/make_gallery.py`.
 
+With `--small` it draws little pictures of the first moments of three scenarios; a test does so.
+
 Each run takes some seconds; runs that are there already (in `--runs`) are taken as they are.
 Films are animated GIFs, since package indexes play nothing else.
 """
@@ -7,6 +9,7 @@ Films are animated GIFs, since package indexes play nothing else.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +22,9 @@ from equipoise.errors import RunLogError
 from equipoise.runlog import Run, load_run
 
 IMAGES = Path(__file__).parent / "images"
-SIZE = (640, 420)
+SIZE, SMALL_SIZE = (640, 420), (240, 160)  # pixels
+SMALL = ("tray", "telephone", "sphere")
+BRIEF, SEEN = 0.12, 0.1  # [s] of a small run, and when its picture is taken
 FILM_SIZE, FILM_RATE = (480, 300), 10  # pixels, pictures a second
 COLOURS, RARE_TOO = 128, Image.Quantize.MAXCOVERAGE  # arrows are thin, and red
 
@@ -52,27 +57,33 @@ PICTURES = (
 )
 
 
-def main() -> None:
+def main(words: Sequence[str] | None = None) -> None:
     """Make what is missing."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=Path, default=Path("runs/gallery"))
     parser.add_argument("--to", type=Path, default=IMAGES)
-    asked = parser.parse_args()
+    parser.add_argument("--small", action="store_true")
+    asked = parser.parse_args(words)
     for one in PICTURES:
-        run = run_of(one, asked.runs)
+        if asked.small and one.name not in SMALL:
+            continue
+        run = run_of(one, asked.runs, ["duration=" + str(BRIEF)] if asked.small else [])
         path = asked.to / f"gallery_{one.name}.png"
-        print(write_still(run, path, one.t, Style(size=SIZE, camera=one.camera)))
-        if one.film:
+        style = Style(size=SMALL_SIZE if asked.small else SIZE, camera=one.camera)
+        print(write_still(run, path, SEEN if asked.small else one.t, style))
+        if one.film and not asked.small:
             print(film(run, asked.to / f"{one.name}.gif", one.camera))
 
 
-def run_of(picture: Picture, folder: Path) -> Run:
+def run_of(picture: Picture, folder: Path, overrides: Sequence[str]) -> Run:
     """Return the run of a picture, from before if there is one."""
     place = folder / f"{picture.scenario}-{picture.robot or 'own'}"
     try:
         return load_run(place)
     except RunLogError:
-        return run_scenario(picture.scenario, robot=picture.robot, out=place, figures=False)
+        return run_scenario(
+            picture.scenario, robot=picture.robot, out=place, overrides=overrides, figures=False
+        )
 
 
 def film(run: Run, path: Path, camera: str) -> Path:

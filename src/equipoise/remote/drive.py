@@ -237,7 +237,7 @@ class RemoteRun(ControlledRun):
         for _ in range(3):
             command = self._command(0.0, state)
             self.recorder.write(0.0, seen, command, seen)
-            self.recorder.correct(seen)
+            self.recorder.correct(seen._replace(violation=self._violation(0.0, seen.q)))
             command = controller.hold(0.0, command)
         for t in np.linspace(0.0, 2.0 * controller.supervisor.limits.patience, 5):
             self._command(float(t), None)

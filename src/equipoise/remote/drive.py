@@ -14,6 +14,7 @@ from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics import PhysicsState
 from equipoise.remote.pace import Clock, Due, Lockstep, Pace, RealTime, require_driven
 from equipoise.remote.ramp_out import RampOut
+from equipoise.remote.walking import FarSoles, come_to_feet, walk_of
 from equipoise.runlog import Channel, TickRecord
 from equipoise.scenarios import schema
 from equipoise.simulation.build.assemble import Controls, Prepared, assemble_controls
@@ -21,6 +22,7 @@ from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.simulation.held_rows import HeldRows
 from equipoise.simulation.operator import StopRequested
 from equipoise.simulation.recorder import Recorder
+from equipoise.simulation.sensors import Reading
 from equipoise.spatial import Array
 from equipoise.wbc import WholeBodyCommand
 from equipoise.wire.health import HOTTEST_AT_START, told_of_health, trouble
@@ -46,7 +48,7 @@ class RemoteRun(ControlledRun):
 
     What is logged is what was measured: where a sensor says nothing, its last value. Contacts that
     are pushed along cannot be followed, for nothing measures how far they have gone; nor can feet
-    that walk, for nothing tells the far end which of them carry.
+    walk below a base that is estimated from feet that stand.
     Raises: `ScenarioError`, `PostureNotFoundError`.
     """
 
@@ -65,11 +67,6 @@ class RemoteRun(ControlledRun):
                 path="world.sliders",
                 given=sorted(scenario.world.sliders),
             )
-        if scenario.walk is not None:
-            raise ScenarioError(
-                "a robot elsewhere is not told which foot carries, so it cannot walk there yet",
-                path="walk",
-            )
         controls = assemble_controls(scenario, prepared)
         super().__init__(controls, Recorder(controls, {}))
         contacts = self.setup.contacts
@@ -82,9 +79,17 @@ class RemoteRun(ControlledRun):
         self._nothing = [np.full(n, np.nan) for n in (self.robot.nq, self.robot.nv, contacts.size)]
         self._told: list[str] = []
         self.released: Callable[[], None] = _release_nothing  # is called when the robot was let go
-        self.ramp_out = RampOut(self.controller)
+        self._soles = FarSoles(contacts)
+        self.walk = walk_of(controls, self._soles, self.link)
+        stands = come_to_feet(self.walk) if self.walk is not None else None
+        self.ramp_out = RampOut(self.controller, stands)
         if isinstance(self.link, EstimatingRobot):
             self.link.follows = self.controller.follows  # contacts come and go by its clock
+
+    @property
+    def happened(self) -> tuple[str, ...]:
+        """What happened to the feet of a walk, in sentences."""
+        return self.walk.story if self.walk is not None else ()
 
     @property
     def robot_channels(self) -> list[Channel]:
@@ -95,7 +100,7 @@ class RemoteRun(ControlledRun):
             doc = "standard deviations of the estimated base, by its filter"
             labels, units = ("position", "velocity", "angle"), ("m", "m/s", "rad")
             found.append(Channel("estimate", labels, units, doc))
-        return found
+        return found + (self.walk.channels if self.walk is not None else [])
 
     @property
     def story(self) -> tuple[str, ...]:
@@ -185,6 +190,7 @@ class RemoteRun(ControlledRun):
                 if open_since is not None:
                     yield self._completed(open_since, seen, record)
                 raise
+            self._lead(t, seen)
             command = self._command(t, due.state)
             answer = RobotCommand(heard, CommandMode.TORQUE, command.tau)
             self.link.write(answer)
@@ -197,11 +203,13 @@ class RemoteRun(ControlledRun):
             open_since, before = t, seen
             due = self._pace.next(k, answer)
             if due.state is not None:
-                seen, heard = self._seen(due.state, before), due.state.t
+                state = due.state._replace(lam=self._soles.seen(due.state.lam))
+                due, seen, heard = Due(due.tick, state), self._seen(state, before), state.t
             self.tick_ns[k] = answered - arrived, perf_counter_ns() - answered
             for skipped in range(k + 1, min(due.tick, self.steps)):
                 yield self._completed(open_since, seen, record)
                 open_since = skipped * self.dt
+                self._lead(open_since, seen)
                 command = self.controller.hold(open_since, command)
                 self._begin_record(open_since, before, command, record)
                 record["wire"][:] = np.nan
@@ -229,16 +237,23 @@ class RemoteRun(ControlledRun):
         for _ in range(3):
             command = self._command(0.0, state)
             self.recorder.write(0.0, seen, command, seen)
-            self.recorder.correct(seen)
+            self.recorder.correct(seen._replace(violation=self._violation(0.0, seen.q)))
             command = controller.hold(0.0, command)
         for t in np.linspace(0.0, 2.0 * controller.supervisor.limits.patience, 5):
             self._command(float(t), None)
         controller.restore(memory)
         del changes[told:]
 
+    def _lead(self, t: float, seen: PhysicsState) -> None:
+        """Lead the targets of a walk to time `t` [s]."""
+        if self.walk is not None:
+            self.walk.before_tick(t, Reading(seen.q, seen.v, seen.lam))
+
     def _command(self, t: float, state: RobotState | None) -> WholeBodyCommand:
         """Return the command at time `t` [s], on a state or on nothing."""
-        q, v, lam = (state.q, state.v, state.lam) if state is not None else self._nothing
+        q, v, lam = self._nothing
+        if state is not None:
+            q, v, lam = state.q, state.v, state.lam
         held = self._held.rows(self.controller.supports.at(self.controller.follows(t)))
         return self.controller.step(t, q, v, lam[held])
 
@@ -265,7 +280,7 @@ class RemoteRun(ControlledRun):
     def _violation(self, t: float, q: Array) -> float:
         """Return how far a supporting contact has moved, by what is measured."""
         kin = self._kinematics.at(q, None, t)
-        held = [c for c in self.setup.schedule.at(t).contacts if c.supporting]
+        held = [c for c in self.controller.contacts.contacts if c.supporting]
         return max((float(np.abs(c.residual(kin)).max()) for c in held), default=0.0)
 
     def _begin_record(
@@ -275,6 +290,8 @@ class RemoteRun(ControlledRun):
         self.recorder.write(t, seen, command, seen)
         if isinstance(self.link, EstimatingRobot):
             record["estimate"][:] = self.link.base.spread
+        if self.walk is not None:
+            self.walk.write(record)
 
     def _completed(
         self, t: float, after: PhysicsState, record: TickRecord

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from equipoise.contacts import SoleContact
 from equipoise.errors import InputError
 from equipoise.physics import DivergedError
 from equipoise.remote.far_end import FarEnd, FarEndSettings
@@ -20,6 +21,7 @@ from equipoise.robots import Robot
 from equipoise.scenarios import Scenario
 from equipoise.simulation.build.assemble import assemble_plant, starting_posture
 from equipoise.simulation.build.setup import build_setup
+from equipoise.simulation.build.walk import build_walk
 from equipoise.simulation.simulated_robot import SimulatedRobot
 from equipoise.spatial import Array
 from equipoise.wire.interface import (
@@ -40,10 +42,15 @@ def make_robot(scenario: Scenario, away: float = 0.0) -> SimulatedRobot:
     Raises: `InputError`, `ScenarioError`.
     """
     setup = build_setup(scenario)
-    q = starting_posture(scenario, setup)
+    walk = build_walk(scenario, setup)
+    q = starting_posture(scenario, setup, walk)
     if away:
         q = _moved_arms(setup.robot, q, away)
     plant, tau = assemble_plant(scenario, setup, q)
+    if walk is not None:  # soles tell their wrenches in these axes to the end, wherever they land
+        for contact in setup.soles.contacts:
+            if isinstance(contact, SoleContact):
+                plant.engine.support(contact.name, contact.T_world_anchor)
     return SimulatedRobot(plant, scenario.control.period, tau)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
+import pinocchio as pin
 
 from equipoise.contacts import ContactPhases, Phase, PhaseChange, PhaseSettings
-from equipoise.physics import PhysicsEngine
 from equipoise.runlog import Channel, TickRecord
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.build.walk import WalkSetup
@@ -23,6 +25,13 @@ UNPLANNED = (Phase.TOUCHED, Phase.LATE, Phase.LOST)
 PHASES = ", ".join(f"{one.code:g} {one.name.lower()}" for one in Phase)
 
 
+class Ground(Protocol):
+    """Whoever tells what soles feel: an engine, or a robot elsewhere."""
+
+    def support(self, name: str, T_world_anchor: pin.SE3 | None) -> None:
+        """Tell a sole's wrench in the axes of another place from now on; None: it is in the air."""
+
+
 class WalkDriver:
     """Leads the targets of a run tick by tick, and switches supports at lift and touchdown."""
 
@@ -31,13 +40,13 @@ class WalkDriver:
         walk: WalkSetup,
         setup: Setup,
         controller: WholeBodyController,
-        engine: PhysicsEngine,
+        ground: Ground,
         leaning: Leaning | None = None,
     ) -> None:
         self.walk, self.robot = walk, setup.robot
         self._balance = walk.balance(controller.dt)
         self.walker = walk.walker(self._balance)
-        self.controller, self.engine = controller, engine
+        self.controller, self.ground = controller, ground
         self._rows = [setup.contacts.rows[name].start + NORMAL for name in walk.contacts]
         self._wrench_rows = {name: setup.contacts.rows[name] for name in walk.contacts}
         self._frames = [sole.frame for sole in walk.planner.feet.soles]
@@ -73,7 +82,7 @@ class WalkDriver:
         anchors = {walk.contacts[foot]: walker.stance[foot] for foot in carry}
         self.controller.switch(names, anchors=anchors)
         for foot, name in enumerate(walk.contacts):
-            self.engine.support(name, walker.stance[foot] if foot in carry else None)
+            self.ground.support(name, walker.stance[foot] if foot in carry else None)
 
     def _planned(self) -> list[str]:
         """Return the feet that are to carry by the plan, wherever the ground turned out to be."""

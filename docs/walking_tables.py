@@ -39,12 +39,14 @@ def results(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def ticks(rows: Sequence[dict[str, Any]]) -> str:
-    """Return the sentence on what a tick takes."""
+    """Return the table of what a tick takes."""
     walk, tray = (row["median_us"] for row in rows)
-    return (
-        f"A tick of the walk takes {walk:.0f} µs where one of the tray takes {tray:.0f}: "
-        f"{walk / tray:.2f} times (`python benchmarks/walking_tick.py`; medians in MuJoCo)."
-    )
+    return "\n".join([
+        "| tick in MuJoCo, median | walk | tray | ratio, wanted <= 1.3 |",
+        "| --- | --- | --- | --- |",
+        f"| `python benchmarks/walking_tick.py` | {walk:.0f} µs | {tray:.0f} µs "
+        f"| {walk / tray:.2f} |",
+    ])  # fmt: skip
 
 
 def filled(text: str, rows: Sequence[dict[str, Any]], timed: Sequence[dict[str, Any]]) -> str:

@@ -181,3 +181,63 @@ def test_slow_steps_stand_still_over_a_foot_while_the_other_swings():
     walk(walker, each=each)
     assert len(off) > 900
     assert max(off) < 1e-9
+
+
+def test_a_foot_that_finds_no_ground_goes_down_as_fast_as_it_lands_while_the_plan_waits():
+    walker = walker_of(PLANNER, STEPS)
+    walk(walker, ground=lambda step: -0.02 * (step.number == 2))
+    late, touch = kinds(walker, "late")[0], kinds(walker, "touch")[1]
+    assert touch.t - late.t == pytest.approx(0.02 / SETTINGS.swing.touchdown, abs=0.02)
+    assert -touch.early < 0.4 * (touch.t - late.t)  # by the clock of the plan
+
+
+SLOW = replace(SETTINGS, mode=WalkMode.SLOW, timing=WalkTiming(1.0, 0.4, 1.5, 0.5))
+
+
+def lost_at(walker, share, foot):
+    """Walk, and lose a foot at a share of the shift that follows the first touchdown."""
+    found = []
+
+    def each(t):
+        touched = kinds(walker, "touch")
+        shift = walker.planner.settings.timing.shift
+        if touched and not found and t >= touched[0].t + share * shift:
+            before = walker.plan
+            found.extend([t, walker.lose(t, foot), walker.plan is before, walker.supports])
+
+    return each, found
+
+
+def test_a_foot_that_loses_its_ground_is_put_down_again_while_the_other_carries():
+    """The centre of mass goes on smoothly, over the sole that carries, and the walk is ended."""
+    walker = walker_of(WalkPlanner(FEET, SLOW), STEPS[:3])
+    each, found = lost_at(walker, 0.1, STEPS[0].foot)
+    points = []
+
+    def watch(t):
+        each(t)
+        points.append((t, walker.plan.centre.at(walker.clock.t).zmp, walker.supports))
+
+    rows = walk(walker, each=watch)
+    lost, caught, _, supports = found
+    assert caught
+    assert supports == (1 - STEPS[0].foot,)
+    require_smooth(rows, 5e-4, 15.0)
+    sole = FEET.support(STANCE, supports)
+    back = kinds(walker, "touch")[1].t
+    alone = [zmp for t, zmp, carry in points if carry == supports and lost < t < back]
+    assert min(sole.margin(zmp) for zmp in alone) > 0.0
+    assert len(kinds(walker, "lost")) == 1
+    assert len(kinds(walker, "touch")) == 4
+    assert walker.put_down == 3
+    assert walker.stands
+
+
+@pytest.mark.parametrize(("settings", "share"), [(SLOW, 0.5), (SETTINGS, 0.1)])
+def test_a_foot_that_is_lost_too_late_to_stand_on_the_other_changes_nothing(settings, share):
+    """Half-way between the feet, and where it falls from foot to foot, one sole cannot hold it."""
+    walker = walker_of(WalkPlanner(FEET, settings), STEPS[:2])
+    each, found = lost_at(walker, share, STEPS[0].foot)
+    walk(walker, each=each)
+    assert found[1:] == [False, True, (LEFT, RIGHT)]
+    assert not kinds(walker, "lost")

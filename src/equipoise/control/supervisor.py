@@ -316,6 +316,11 @@ class Supervisor:
 
     # -- safe -----------------------------------------------------------------------------------
 
+    def give_up(self, t: float, cause: str) -> None:
+        """Leave the law for good at time `t` [s], for a cause that somebody else sees."""
+        if self.mode in (Mode.RUN, Mode.DEGRADED):
+            self._go_safe(time_of(t), cause, lost=False)
+
     def _go_safe(self, t: float, cause: str, lost: bool) -> None:
         """Leave the law: hold the posture of the moment if it is known, sink if not.
 

@@ -65,6 +65,12 @@ class PhysicsEngine(Protocol):
         Raises: `NameNotFoundError`; `InputError` for an engine whose feet cannot leave the floor.
         """
 
+    def remove(self, name: str) -> None:
+        """Take a fixed body of the world away.
+
+        Raises: `NameNotFoundError`; `InputError` for an engine whose feet stand on none.
+        """
+
     @property
     def object_names(self) -> tuple[str, ...]:
         """Names of the loose objects."""

@@ -17,6 +17,7 @@ from equipoise.spatial import Array
 from equipoise.spatial.numbers import not_negative, require_period
 
 T = TypeVar("T")
+ROUNDING = 1e-9  # [s]
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,8 @@ class Faults:
 
     `measurement_delay`, `command_delay` [s], rounded up to whole ticks. `missed_ticks` is the
     probability that a control tick comes one period late, the torque before being held.
-    `torque_share` is the share of each torque limit that the motors still give.
+    `torque_share` is the share of each torque limit that the motors still give. `vanishing` names
+    fixed bodies of the world, each with the time [s] from which on it is gone.
     """
 
     pushes: tuple[ExternalForce, ...] = ()
@@ -47,6 +49,7 @@ class Faults:
     command_delay: float = 0.0
     missed_ticks: float = 0.0
     torque_share: float = 1.0
+    vanishing: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("measurement_delay", "command_delay"):
@@ -84,6 +87,14 @@ class FaultInjector:
         self._readings: DelayLine[Reading] = DelayLine(faults.measurement_delay, dt)
         self._commands: DelayLine[Array] = DelayLine(faults.command_delay, dt)
         self._missed_last = False
+        self._there = list(faults.vanishing)
+
+    def vanished(self, t: float) -> list[str]:
+        """Return the bodies that are gone from time `t` [s] on, each once."""
+        gone = [one for one in self._there if one[1] <= t + ROUNDING]
+        if gone:
+            self._there = [one for one in self._there if one not in gone]
+        return [name for name, _ in gone]
 
     def late_reading(self, reading: Reading) -> Reading:
         """Return the reading that arrives now."""

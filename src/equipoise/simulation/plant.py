@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from equipoise.contacts import ContactStack
-from equipoise.errors import NameNotFoundError
+from equipoise.errors import NameNotFoundError, ScenarioError
 from equipoise.physics import PhysicsEngine, PhysicsState
 from equipoise.robots import Robot
 from equipoise.runlog import Channel, TickRecord
@@ -70,6 +70,8 @@ class Plant:
         Raises: `DivergedError`.
         """
         self._applied = self.faults.torque(tau)
+        for name in self.faults.vanished(state.t):
+            self.engine.remove(name)
         external = self.faults.external(state.t, state.q, state.v)
         self.engine.external[:] = external if pushed is None else external + pushed
         return self.engine.step(self._applied)
@@ -131,4 +133,25 @@ def _faults(scenario: schema.Scenario, robot: Robot) -> Faults:
         spec.command_delay,
         spec.missed_ticks,
         spec.torque_share,
+        _vanishing(scenario),
     )
+
+
+def _vanishing(scenario: schema.Scenario) -> tuple[tuple[str, float], ...]:
+    """Return which bodies vanish when. Raises: `ScenarioError`."""
+    bodies, found = scenario.world.bodies, []
+    for i, one in enumerate(scenario.faults.vanishing):
+        if one.body not in bodies:
+            raise at_path(
+                NameNotFoundError("fixed body of the world", one.body, bodies),
+                f"faults.vanishing.{i}.body",
+            )
+        found.append((one.body, one.at))
+    stands = scenario.walk is None or scenario.physics.contacts == "bilateral"
+    if found and scenario.physics.engine == "rigid" and stands:
+        raise ScenarioError(
+            "contacts that hold for ever notice nothing of a body that vanishes",
+            path="faults.vanishing",
+            remedy="Use the engine mujoco, or a walk",
+        )
+    return tuple(found)

@@ -8,10 +8,12 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.contacts import ContactPhases, Phase, PhaseChange, PhaseSettings
+from equipoise.control.supervisor import Mode
 from equipoise.runlog import Channel, TickRecord
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.build.walk import WalkSetup
 from equipoise.simulation.led_log import led_channels, write_led
+from equipoise.simulation.lost_feet import NOT_THERE, LostFeet
 from equipoise.simulation.sensors import Reading
 from equipoise.spatial import Array
 from equipoise.walking import BalanceFeedback, Leaning, PlannedStep, WalkEvent
@@ -58,6 +60,7 @@ class WalkDriver:
         self.phases = ContactPhases(
             feet, walk.contacts, PhaseSettings.for_weight(walk.weight, patience=PATIENCE)
         )
+        self.lost = LostFeet(self.walker, self.robot, walk.contacts)
         self._ground = walk.planner.feet.support(self.walker.stance, self.walker.supports)
         self._known: tuple[object, ...] = (self.walker.stance, self.walker.supports)
 
@@ -68,19 +71,26 @@ class WalkDriver:
             walker.stop()
         self._seen = t
         loads = [float(reading.lam[row]) for row in self._rows]
-        carry = walker.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
+        walker.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
         self._air = walker.swinging or self._air
-        self.phases.update(t, self._planned(), self._wrenches(reading))
+        phases = self.phases.update(t, self._planned(), self._wrenches(reading))
+        supervisor = self.controller.supervisor
+        if supervisor.mode in (Mode.RUN, Mode.DEGRADED):
+            cause = self.lost.update(t, phases, reading)
+            if cause:
+                supervisor.give_up(t, cause)
         if self._leaning is not None:
             self._lead_aside(*self._leaning.at(t))
         if self._balance is not None:
             self._give_way(self._balance, reading)
+        carry = walker.supports
         if carry == self._carry:
             return
         self._carry = carry
+        fell = any(phases[walk.contacts[foot]] in NOT_THERE for foot in (0, 1) if foot not in carry)
         names = [walk.contacts[foot] for foot in carry]
         anchors = {walk.contacts[foot]: walker.stance[foot] for foot in carry}
-        self.controller.switch(names, anchors=anchors)
+        self.controller.switch(names, "energy" if fell else "torque", anchors=anchors)
         for foot, name in enumerate(walk.contacts):
             self.ground.support(name, walker.stance[foot] if foot in carry else None)
 
@@ -147,6 +157,7 @@ class WalkDriver:
             Channel("walk/dcm", plane, "m", "planned divergent component of motion"),
             Channel("walk/carries", ("left", "right"), "", "1: the foot is a support"),
             Channel("walk/phase", ("left", "right"), "", PHASES),
+            Channel("walk/steps", ("put_down",), "", "steps that ended on the ground"),
             Channel("walk/clock", ("time", "rate"), ("s", ""), "clock of the plan"),
             *led_channels(self.walk.targets),
         ]
@@ -163,5 +174,6 @@ class WalkDriver:
             record["walk/dcm_error"][:] = self._balance.off
             record["walk/aside"][:] = self._balance.p
             record["walk/zmp_shift"][:] = self._balance.zmp
+        record["walk/steps"][:] = walker.put_down
         record["walk/clock"][:] = walker.clock.t, walker.clock.rate
         write_led(self.walk.targets, record)

@@ -2,6 +2,7 @@
 
 from equipoise.walking.balance import BalanceFeedback, BalanceSettings
 from equipoise.walking.clock import WalkClock
+from equipoise.walking.events import WalkEvent
 from equipoise.walking.feasible import WalkLimits, require_feasible
 from equipoise.walking.feet import LEFT, RIGHT, Feet
 from equipoise.walking.footsteps import (
@@ -14,11 +15,11 @@ from equipoise.walking.footsteps import (
 )
 from equipoise.walking.leaning import Leaning
 from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
-from equipoise.walking.settings import WalkMode, WalkSettings
+from equipoise.walking.settings import TouchSettings, WalkMode, WalkSettings
 from equipoise.walking.swing import Swing, SwingShape
 from equipoise.walking.targets import LedPose, WalkTargets
 from equipoise.walking.timing import WalkTiming
-from equipoise.walking.walker import TouchSettings, Walker, WalkEvent
+from equipoise.walking.walker import Walker
 
 __all__ = [
     "LEFT",

@@ -31,6 +31,8 @@ from equipoise.walking.swing import ACROSS
 from equipoise.walking.tracks import Track
 
 SHORTEST = 1e-6  # [s] of a phase that is worth a piece of the plan
+PULL = 1.5  # times how far the divergent component is off, the zero-moment point that leads it back
+INSIDE, CHECKED = 0.005, 101  # [m] in the sole that it has to be, and at how many moments
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,24 @@ class WalkPlanner:
         ground, heading = self._follow(ground, heading, stance, planned)
         moves = self._moves(stance, steps, state.zmp, fresh=False, wait=wait)
         return WalkPlan(stance, planned, self._path(t, state, moves), ground, heading)
+
+    def catch(self, plan: WalkPlan, t: float, stance: Stance, step: PlannedStep) -> WalkPlan | None:
+        """Return the plan that stands on one foot from time `t` [s] of a plan on, if any can.
+
+        `step` puts the other foot down again. Position and velocity of the centre of mass go on,
+        and it is led over the foot that carries; None where the zero-moment point would have to
+        leave the sole for that.
+        """
+        foot, half = 1 - step.foot, 0.5 * (step.land - step.lift)
+        state, goal = plan.centre.at(t), self.load_point(stance, foot)
+        begin = state._replace(zmp=goal + PULL * (state.dcm - goal))
+        moves = [ZmpMove(half, goal, True), ZmpMove(half, goal, True)]
+        path = PendulumPath(self.settings.omega, t, begin, moves)
+        sole = self.feet.support(stance, (foot,))
+        times = np.linspace(t, step.land, CHECKED).tolist()
+        if min(sole.margin(path.at(s).zmp) for s in times) < INSIDE:
+            return None
+        return WalkPlan(stance, (step,), path, plan.ground.before(t), plan.heading.before(t))
 
     @property
     def _between(self) -> float:

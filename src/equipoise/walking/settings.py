@@ -1,4 +1,4 @@
-"""How a robot walks: mode, timing, shape of the swing, height of its centre of mass."""
+"""How a robot walks: mode, timing, swing, height of its centre of mass, and how it touches."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
+from equipoise.errors import InputError
 from equipoise.given import require_kind
-from equipoise.spatial.numbers import not_negative, positive
+from equipoise.spatial.numbers import not_negative, positive, share
 from equipoise.walking.swing import SwingShape
 from equipoise.walking.timing import WalkTiming
 
@@ -50,3 +51,28 @@ class WalkSettings:
     def omega(self) -> float:
         """The rate [1/s] at which the pendulum falls."""
         return math.sqrt(GRAVITY / self.height)
+
+
+@dataclass(frozen=True)
+class TouchSettings:
+    """How a touchdown is told and taken.
+
+    `load` [N] on a sole, behind the share `earliest` of its swing, is a touchdown. `halt` [s]: how
+    long the reference of the foot then takes to stop, `glide` [s]: from there to where the foot
+    stands. `level` [m]: up to which difference the ground is where it was planned, and the sole
+    gives.
+    Raises: `InputError`.
+    """
+
+    load: float
+    earliest: float = 0.55
+    halt: float = 0.04
+    bounce: float = 0.008
+    glide: float = 0.12
+    level: float = 0.005
+
+    def __post_init__(self) -> None:
+        for name in ("load", "halt", "bounce", "glide", "level"):
+            positive(f"the {name} of a touchdown", getattr(self, name))
+        if not share("the share of the swing", self.earliest) < 1.0:
+            raise InputError("a touchdown counts from a share of the swing on", given=self.earliest)

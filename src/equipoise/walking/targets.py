@@ -14,6 +14,7 @@ from equipoise.trajectories import PoseSample, PoseTrajectory
 from equipoise.trajectories.base import ROW
 
 Numbers = Sequence[float] | Array
+UPRIGHT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class LedPose(PoseTrajectory):
@@ -43,6 +44,20 @@ class LedPose(PoseTrajectory):
         for k, (x, y, z) in enumerate(columns):
             row[3 * k], row[3 * k + 1], row[3 * k + 2] = c * x - s * y, s * x + c * y, z
         row[17] = spin
+
+    def write_displaced(
+        self, start: Array, place: Array, speed: Array, turned: tuple[float, float]
+    ) -> None:
+        """Let the pose be how somebody is displaced who was at `start` (3,) [m], and is at `place`.
+
+        He moves at `speed` (3,) [m/s], and has `turned` by an angle [rad], at a rate [rad/s].
+        """
+        (turn, spin), (x, y, z) = turned, start
+        c, sn = math.cos(turn), math.sin(turn)
+        from_start = np.array([c * x - sn * y, sn * x + c * y, z])
+        sweep = spin * np.array([-from_start[1], from_start[0], 0.0])
+        self.write_heading(UPRIGHT, turn, spin)
+        self.write_point(place - from_start, speed - sweep)
 
     def row(self, t: float) -> Array:
         """Return pose row and twist (18,)."""

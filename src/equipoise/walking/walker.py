@@ -9,89 +9,24 @@ from dataclasses import dataclass, field
 import numpy as np
 import pinocchio as pin
 
-from equipoise.errors import InputError
-from equipoise.spatial import Array
-from equipoise.spatial.numbers import positive, share
 from equipoise.walking.balance import BalanceFeedback
 from equipoise.walking.capture import StepAside
 from equipoise.walking.clock import WalkClock
+from equipoise.walking.events import WalkEvent
 from equipoise.walking.feet import LEFT, RIGHT, Stance, level_pose, with_foot, yaw_of
 from equipoise.walking.foot_path import FootPath, Standing
 from equipoise.walking.footsteps import Footstep, closing_step, moved_by
 from equipoise.walking.landing import Glide, Probe
 from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
+from equipoise.walking.settings import TouchSettings
 from equipoise.walking.swing import Swing
-from equipoise.walking.targets import LedPose, WalkTargets
+from equipoise.walking.targets import WalkTargets
 
 BOTH = (LEFT, RIGHT)
-UPRIGHT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 TOO_LATE = 0.04  # [s] before its planned touchdown from which on a foot is not let go again
 OFF = 0.3  # of the load of a touchdown, below which a foot has come off
+CATCH = 1.4  # [s] in which a foot that was lost is put down again
 LATE = 0.01  # [s] behind its plan at which a touchdown is told to be late
-NAMES = ("left", "right")
-
-
-@dataclass(frozen=True)
-class TouchSettings:
-    """How a touchdown is told and taken.
-
-    `load` [N] on a sole, behind the share `earliest` of its swing, is a touchdown. `halt` [s]: how
-    long the reference of the foot then takes to stop, `glide` [s]: from there to where the foot
-    stands. `level` [m]: up to which difference the ground is where it was planned, and the sole
-    gives.
-    Raises: `InputError`.
-    """
-
-    load: float
-    earliest: float = 0.55
-    halt: float = 0.04
-    bounce: float = 0.008
-    glide: float = 0.12
-    level: float = 0.005
-
-    def __post_init__(self) -> None:
-        for name in ("load", "halt", "bounce", "glide", "level"):
-            positive(f"the {name} of a touchdown", getattr(self, name))
-        if not share("the share of the swing", self.earliest) < 1.0:
-            raise InputError("a touchdown counts from a share of the swing on", given=self.earliest)
-
-
-@dataclass(frozen=True)
-class WalkEvent:
-    """What happened at time `t` [s]: `kind` is lift, touch, late, stop or stood; and to which foot.
-
-    `early` [s] is how long before its plan a foot touched, negative behind it; `off` (3,) [m] how
-    far from where it was to be.
-    """
-
-    t: float
-    kind: str
-    step: int = 0
-    foot: int = -1
-    early: float = 0.0
-    off: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def __str__(self) -> str:
-        if self.kind == "touch":
-            x, y, z = (1e3 * value for value in self.off)
-            return (
-                f"t = {self.t:.3f} s: step {self.step}, the {NAMES[self.foot]} foot touches "
-                f"{1e3 * self.early:+.0f} ms before its plan, ({x:+.1f}, {y:+.1f}, {z:+.1f}) mm off"
-            )
-        if self.kind == "aside":
-            x, y, _ = (1e3 * value for value in self.off)
-            return (
-                f"t = {self.t:.3f} s: step {self.step}, the {NAMES[self.foot]} foot is put "
-                f"({x:+.0f}, {y:+.0f}) mm from its plan to catch the robot"
-            )
-        words = {
-            "lift": f"step {self.step}, the {NAMES[self.foot]} foot lifts",
-            "bounce": f"step {self.step}, the {NAMES[self.foot]} foot comes off again",
-            "late": f"step {self.step}, the {NAMES[self.foot]} foot finds no ground; it searches",
-            "stop": "it is told to stop",
-            "stood": "it stands",
-        }
-        return f"t = {self.t:.3f} s: {words[self.kind]}"
 
 
 @dataclass
@@ -102,7 +37,7 @@ class Walker:
     on from where the foot stands, so that errors of landings do not add up. `stop` and `walk_on`
     take effect with the next touchdown; `stop` puts the feet side by side. With a `balance` whose
     settings allow it a foot in the air is put where it catches the divergent component; those that
-    follow are put as far aside.
+    follow are put as far aside. `put_down` counts the steps that ended on the ground.
     """
 
     planner: WalkPlanner
@@ -121,12 +56,15 @@ class Walker:
         own = [middle.actInv(T) for T in self.stance]
         self._beside = own[RIGHT].actInv(own[LEFT]), own[LEFT].actInv(own[RIGHT])
         self._paths: list[FootPath] = [Standing(T) for T in self.stance]
+        # a foot that is late goes by the time of the room, which is ahead of the plan's clock [s]
+        self._searches, self._ahead = [False, False], [0.0, 0.0]
         self._swing: PlannedStep | None = None
         self._aside = StepAside(self.balance.settings.step if self.balance is not None else 0.0)
         self._landed: PlannedStep | None = None  # earlier than planned, so that it may bounce
         self._off = 0.0  # [s] without load
         self._left = [one.footstep for one in self.plan.steps]  # footsteps not yet begun
         self._number = 1  # of the next step
+        self.put_down = self._before = 0  # steps, each once; those of walks before
         self._wanted: list[Footstep] | None = None
         self._stops = self._stood = self._told = False
         self._heading = self.plan.heading.at(self.clock.t)[0]
@@ -167,6 +105,27 @@ class Walker:
         """Let these steps follow the next touchdown, instead of those planned; or begin now."""
         self._wanted = list(steps)
 
+    def lose(self, t: float, foot: int) -> bool:
+        """Stand on the other foot, since this one lost its ground, and put it down again.
+
+        Returns whether that can be: if the centre of mass is too far from the other foot, or that
+        one is in the air, nothing changes.
+        """
+        if self.supports != BOTH:
+            return False
+        s, shape = self.clock.t, self.planner.settings.swing
+        here = self._paths[foot].at(self._foot_time(foot)[0]).T_world_sole
+        step = PlannedStep(self._number - 1, s, s + CATCH, Footstep(foot, here))
+        plan = self.planner.catch(self.plan, s, self.stance, step)
+        if plan is None:
+            return False
+        self.plan, self._swing, self.supports = plan, step, (1 - foot,)
+        self._lead(foot, Swing(here, here, step.lift, step.land, shape))
+        self._landed, self._told = None, False
+        self._aside.lift()
+        self.events.append(WalkEvent(t, "lost", step.number, foot))
+        return True
+
     # -- a tick ---------------------------------------------------------------------------------
 
     def advance(
@@ -193,8 +152,25 @@ class Walker:
             self._stood = True
             self.events.append(WalkEvent(t, "stood"))
         self._write()
-        self.clock.advance(dt)
+        gone = self.clock.advance(dt) - s
+        for foot in BOTH:
+            if self._searches[foot]:
+                self._ahead[foot] += dt - gone
         return self.supports
+
+    def _foot_time(self, foot: int) -> tuple[float, float]:
+        """Return the time [s] by which a foot goes, and its rate."""
+        rate = 1.0 if self._searches[foot] else self.clock.rate
+        return self.clock.t + self._ahead[foot], rate
+
+    def _lead(self, foot: int, path: FootPath, *, searches: bool = False) -> None:
+        """Let a foot go on by another path, which it does by the time of the room if it searches.
+
+        A path that does not begins at the clock of the plan.
+        """
+        self._paths[foot], self._searches[foot] = path, searches
+        if not searches:
+            self._ahead[foot] = 0.0
 
     def _begin(self, s: float) -> None:
         steps, self._wanted = self._wanted or [], None
@@ -202,12 +178,13 @@ class Walker:
         heading = self.plan.heading
         self._heading += heading.at(s)[0] - self._last_heading
         self._left, self._stood, self._stops, self._number = list(steps), False, False, 1
+        self._before = self.put_down
 
     def _lift(self, t: float, step: PlannedStep) -> None:
-        here = self._paths[step.foot].at(self.clock.t).T_world_sole
+        here = self._paths[step.foot].at(self._foot_time(step.foot)[0]).T_world_sole
         shape = self.planner.settings.swing
         to = step.footstep.T_world_sole
-        self._paths[step.foot] = Swing(here, to, step.lift, step.land, shape)
+        self._lead(step.foot, Swing(here, to, step.lift, step.land, shape))
         self._swing, self.supports = step, (1 - step.foot,)
         self._aside.lift()
         self._left, self._told = self._left[1:], False
@@ -223,7 +200,7 @@ class Walker:
         if share > self.touch.earliest and loads[step.foot] > self.touch.load:
             self._land(t, s, step, find_soles()[step.foot])
         elif s >= step.land:
-            self.clock.slowed = True
+            self.clock.slowed = self._searches[step.foot] = True
             if s >= step.land + LATE and not self._told:
                 self._told = True
                 self.events.append(WalkEvent(t, "late", step.number, step.foot))
@@ -248,7 +225,8 @@ class Walker:
         if self._off < self.touch.bounce:
             return
         sample, shape = self._paths[step.foot].at(s), self.planner.settings.swing
-        self._paths[step.foot] = Probe(sample, s, self.touch.halt, shape.touchdown, shape.search)
+        probe = Probe(sample, s, self.touch.halt, shape.touchdown, shape.search)
+        self._lead(step.foot, probe)
         self._swing, self.supports, self._landed = step, (1 - step.foot,), None
         self.events.append(WalkEvent(t, "bounce", step.number, step.foot))
 
@@ -264,9 +242,11 @@ class Walker:
         off = T_here.translation - wanted.translation
         z = float((wanted if abs(off[2]) <= self.touch.level else T_here).translation[2])
         T = level_pose(T_here.translation[0], T_here.translation[1], z, yaw_of(T_here))
-        sample = self._aside.moved(self._paths[step.foot].at(s))
+        begin, searches = self._foot_time(step.foot)[0], self._searches[step.foot]
+        sample = self._aside.moved(self._paths[step.foot].at(begin))
         wait = max(step.land - s, 0.0)
-        self._paths[step.foot] = Glide(sample, T, s, self.touch.glide, self.touch.halt, wait)
+        glide = Glide(sample, T, begin, self.touch.glide, self.touch.halt, wait)
+        self._lead(step.foot, glide, searches=searches)
         self.stance = with_foot(self.stance, step.foot, T)
         if self._wanted is not None:
             self._left, self._wanted = self._wanted, None
@@ -281,6 +261,7 @@ class Walker:
         self._aside.lift()
         self._swing, self.supports, self.clock.slowed = None, BOTH, False
         self._landed, self._off = step, 0.0
+        self.put_down = max(self.put_down, self._before + step.number)
         self.events.append(
             WalkEvent(t, "touch", step.number, step.foot, step.land - s, (off[0], off[1], off[2]))
         )
@@ -291,11 +272,11 @@ class Walker:
         for foot, path in enumerate(self._paths):
             if self._at_rest[foot] is path:
                 continue
-            row = self.targets.soles[foot].row(s)
-            path.write_row(s, rate, row)
+            row, (now, pace) = self.targets.soles[foot].row(s), self._foot_time(foot)
+            path.write_row(now, pace, row)
             if self._swing is not None and foot == self._swing.foot:
-                self._aside.move_row(rate, row)
-            self._at_rest[foot] = path if s >= path.rests_from else None
+                self._aside.move_row(pace, row)
+            self._at_rest[foot] = path if now >= path.rests_from else None
         x, y, vx, vy = self.plan.centre.motion(s)
         ground, rise = self.plan.ground.at(s)
         z = self.planner.settings.height + ground
@@ -305,24 +286,9 @@ class Walker:
         turned = (heading - self._heading, rate * spin)
         if self.targets.carrier is not None:
             place, speed = np.array([x, y, ground]), rate * np.array([vx, vy, rise])
-            self._carry(self.targets.carrier, place, speed, turned)
+            self.targets.carrier.write_displaced(self._start, place, speed, turned)
         if turned == self._turned:
             return
         self._turned = turned
         for led, columns in self._upright:
             led.write_heading(columns, *turned)
-
-    def _carry(
-        self, carrier: LedPose, place: Array, speed: Array, turned: tuple[float, float]
-    ) -> None:
-        """Lead what is carried from where it was at the start to where the walk is now.
-
-        `place` (3,) [m] of the centre of mass on the ground, its `speed` [m/s]; by how much the
-        heading has `turned` [rad], and its rate.
-        """
-        (turn, spin), (x, y, z) = turned, self._start
-        c, sn = math.cos(turn), math.sin(turn)
-        from_start = np.array([c * x - sn * y, sn * x + c * y, z])
-        sweep = spin * np.array([-from_start[1], from_start[0], 0.0])
-        carrier.write_heading(UPRIGHT, turn, spin)
-        carrier.write_point(place - from_start, speed - sweep)

@@ -9,6 +9,7 @@ from equipoise.analysis.run_context import RunContext
 from equipoise.spatial import Mask
 
 CARRIES = "walk/carries"
+STEPS = "walk/steps"
 
 
 def _changes(context: RunContext) -> Mask | None:
@@ -19,9 +20,12 @@ def _changes(context: RunContext) -> Mask | None:
 
 
 def _steps(context: RunContext) -> float | None:
+    """Return how many steps ended on the ground; a foot that bounces or is lost counts once."""
+    if STEPS in context.run:
+        return float(context.run[STEPS].max())
     if CARRIES not in context.run:
         return None
-    return float((np.diff(context.run[CARRIES], axis=0) > 0.0).sum())
+    return float((np.diff(context.run[CARRIES], axis=0) > 0.0).sum())  # a log without the count
 
 
 def _distance(context: RunContext) -> float | None:

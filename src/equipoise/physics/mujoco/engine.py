@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.contacts import ContactStack, PointContact, SoleContact
+from equipoise.errors import NameNotFoundError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.physics.engine import PhysicsState, checked_torque
 from equipoise.physics.mujoco.contact_forces import ContactForces
@@ -216,6 +217,15 @@ class MujocoEngine:
             kind = {SoleContact: "sole", PointContact: "foot"}.get(type(contact))
             if kind is not None:
                 compiled.geom(in_model(kind, contact.name)).friction[0] = friction
+
+    def remove(self, name: str) -> None:
+        """Let nothing touch a fixed body of the world any more. Raises: `NameNotFoundError`."""
+        fixed = {body.name: len(body.shapes) for body in self.surroundings.fixed}
+        if name not in fixed:
+            raise NameNotFoundError("fixed body of the world", name, fixed)
+        for k in range(fixed[name]):
+            geom = self.model.compiled.geom(in_model("fixed", name, k))
+            geom.contype, geom.conaffinity = 0, 0
 
     def write_mjcf(self, path: Path) -> Path:
         """Write the model as MJCF, to look at or to run elsewhere."""

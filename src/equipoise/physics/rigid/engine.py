@@ -208,6 +208,13 @@ class RigidContactEngine(NoObjects):
             remedy="Use the engine mujoco, or rigid with contacts that lift",
         )
 
+    def remove(self, name: str) -> None:
+        """Raise: `InputError`. Nothing stands on bodies of the world here."""
+        raise InputError(
+            f"the body {name!r} cannot vanish: the contacts of this engine hold",
+            remedy="Use the engine mujoco, or rigid with contacts that lift",
+        )
+
     def accelerations(self, force: Array) -> tuple[Array, Array]:
         """Solve (8) at the present state for `a` (nv,) and `lam` (r,) under `force` (nv,)."""
         work = self._work

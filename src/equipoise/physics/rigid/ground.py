@@ -18,11 +18,13 @@ LEVEL = 1e-9  # how far the top of a block may be from level
 class Block:
     """A fixed box of `size` (3,) [m] that stands upright; feet land on its top.
 
+    `name` is that of the body that it is a part of.
     Raises: `InputError` for a box whose top is not level.
     """
 
     T_world_box: pin.SE3
     size: tuple[float, float, float]
+    name: str = ""
 
     def __post_init__(self) -> None:
         if abs(self.T_world_box.rotation[2, 2] - 1.0) > LEVEL:

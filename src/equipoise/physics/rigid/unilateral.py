@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import Contact, ContactStack, PointContact, SoleContact
-from equipoise.contacts.support_polygon import sole_corners
+from equipoise.contacts import ContactStack, SoleContact
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.kinematics import Kinematics
 from equipoise.physics.engine import PhysicsState, checked_torque
@@ -19,9 +18,10 @@ from equipoise.physics.pushed_object import PushedObject, PushedObjectState
 from equipoise.physics.rigid.engine import RigidContactEngine, RigidOptions
 from equipoise.physics.rigid.ground import Block, Ground
 from equipoise.physics.rigid.impact import Impact, inelastic_impact
+from equipoise.physics.rigid.landing import goes_into, height, landed, lifts, lowest
 from equipoise.robots import Robot
 from equipoise.spatial import Array
-from equipoise.spatial.numbers import real_number, real_period
+from equipoise.spatial.numbers import real_period
 
 STANDS = 1e-4  # [m] over where its contact is, up to which a foot stands at the start
 NORMAL = 2  # row of a sole, and of a point, along which it can only push
@@ -85,16 +85,16 @@ class UnilateralContactEngine(NoObjects):
         self.external = np.zeros(robot.nv)
         self.events: list[ContactEvent] = []
         self._options = replace(options, substeps=1)
-        self._feet = {c.name: c for c in contacts.contacts if _lifts(c)}
+        self._feet = {c.name: c for c in contacts.contacts if lifts(c)}
         kin = robot.at(q_start)
         self._held = {
             c.name: c
             for c in contacts.contacts
-            if not _lifts(c) or _lowest(c, kin)[0] < _height(c) + STANDS
+            if not lifts(c) or lowest(c, kin)[0] < height(c) + STANDS
         }
         self._axes: dict[str, Array] = {}  # in which the wrench of a sole is told
-        lowest = min((_height(c) for c in self._feet.values()), default=-math.inf)
-        self.ground = Ground(lowest, tuple(blocks))
+        floor = min((height(c) for c in self._feet.values()), default=-math.inf)
+        self.ground = Ground(floor, tuple(blocks))
         v = np.zeros(robot.nv) if v_start is None else v_start
         self._steps, self._control_dt = 0, control_dt
         self._lam = np.zeros(contacts.size)
@@ -163,6 +163,25 @@ class UnilateralContactEngine(NoObjects):
             raise NameNotFoundError("foot that stands", name, standing)
         self._release([name], "loss")
 
+    def remove(self, name: str) -> None:
+        """Take the blocks of a body of the world away; what stood on them is lost.
+
+        Raises: `NameNotFoundError`.
+        """
+        known = dict.fromkeys(one.name for one in self.ground.blocks)
+        if name not in known:
+            raise NameNotFoundError("box to stand on", name, known)
+        left = tuple(one for one in self.ground.blocks if one.name != name)
+        self.ground = Ground(self.ground.floor, left)
+        kin = self.robot.at(self._inside.state.q)
+        lost = []
+        for foot in self._feet.keys() & self._held.keys():
+            bottom, middle, _ = lowest(self._feet[foot], kin)
+            if bottom > self.ground.under(middle) + STANDS:
+                lost.append(foot)
+        if lost:
+            self._release(sorted(lost), "loss")
+
     # -- events ---------------------------------------------------------------------------------
 
     @property
@@ -204,16 +223,16 @@ class UnilateralContactEngine(NoObjects):
             return
         state = self._inside.state
         kin = self.robot.at(state.q, state.v)
-        landing = [n for n in free if _goes_into(self.ground, self._feet[n], kin)]
+        landing = [n for n in free if goes_into(self.ground, self._feet[n], kin)]
         if not landing:
             return
         for name in landing:
-            self._held[name] = _landed(self._feet[name], kin)
+            self._held[name] = landed(self._feet[name], kin)
         order = [c.name for c in self.contacts.contacts if c.name in self._held]
         impact, landing = self._impact(kin, state.v, order, landing)
         if not landing:
             return
-        lifted = [name for name in order if name in self._held and name not in impact.impulses]
+        lifted = [one for one in order if one in self._held and one not in impact.impulses]
         for name in lifted:
             held = self._held.pop(name)
             self.events.append(ContactEvent(self._t, "lift", name, np.zeros(held.size)))
@@ -257,44 +276,3 @@ class UnilateralContactEngine(NoObjects):
             return wrench
         R = self._axes[name].T @ held.T_world_anchor.rotation
         return np.concatenate((R @ wrench[:3], R @ wrench[3:]))
-
-
-def _lifts(contact: Contact) -> bool:
-    return contact.supporting and isinstance(contact, SoleContact | PointContact)
-
-
-def _height(contact: Contact) -> float:
-    """Return the height [m] of the lowest point of a foot's anchor."""
-    if isinstance(contact, SoleContact):
-        return float(sole_corners(contact.sole, contact.T_world_anchor)[:, 2].min())
-    assert isinstance(contact, PointContact)
-    return real_number("the height of a foot", contact.p_world[2])
-
-
-def _lowest(contact: Contact, kin: Kinematics) -> tuple[float, Array, str | int]:
-    """Return height [m] of a foot's lowest point, its middle (3,) [m], and its frame."""
-    if isinstance(contact, SoleContact):
-        corners = sole_corners(contact.sole, kin.placement(contact.frame))
-        return float(corners[:, 2].min()), corners.mean(axis=0), contact.frame
-    assert isinstance(contact, PointContact)
-    point = kin.placement(contact.frame).act(np.array(contact.offset))
-    return float(point[2]), point, contact.frame
-
-
-def _goes_into(ground: Ground, contact: Contact, kin: Kinematics) -> bool:
-    """Return whether the lowest point of a foot is at the ground, and its middle goes down."""
-    lowest, middle, frame = _lowest(contact, kin)
-    if lowest > ground.under(middle):
-        return False
-    twist = kin.twist(frame)
-    speed = twist[:3] + np.cross(twist[3:], middle - kin.placement(frame).translation)
-    return bool(speed[2] < 0.0)
-
-
-def _landed(contact: Contact, kin: Kinematics) -> Contact:
-    """Return the contact of a foot that stands where it is now."""
-    if isinstance(contact, SoleContact):
-        return replace(contact, T_world_anchor=kin.placement(contact.frame))
-    assert isinstance(contact, PointContact)
-    T = kin.placement(contact.frame)
-    return replace(contact, p_world=T.act(np.array(contact.offset)))

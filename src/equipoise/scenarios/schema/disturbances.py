@@ -93,12 +93,20 @@ class ExternalForceSpec(Section):
     duration: Positive
 
 
+class VanishingSpec(Section):
+    """A fixed `body` of the world is gone from time `at` [s] on, and what stood on it falls."""
+
+    body: str
+    at: NotNegative
+
+
 class FaultsSpec(Section):
     """What goes wrong on purpose.
 
     `measurement_delay` and `command_delay` [s] are rounded up to whole ticks. `missed_ticks`:
     probability that a control tick comes one period late. `torque_share`: share of each torque
-    limit that the motors still give. `silences`: sensors that are lost.
+    limit that the motors still give. `silences`: sensors that are lost. `vanishing`: bodies that
+    give way.
     """
 
     pushes: list[ExternalForceSpec] = []
@@ -107,3 +115,4 @@ class FaultsSpec(Section):
     missed_ticks: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     torque_share: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
     silences: list[SilenceSpec] = []
+    vanishing: list[VanishingSpec] = []

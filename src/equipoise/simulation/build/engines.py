@@ -69,7 +69,8 @@ def _blocks(scenario: schema.Scenario, setup: Setup) -> list[Block]:
         for shape in body.shapes:
             try:
                 if shape.kind == "box":
-                    blocks.append(Block(body.T_parent_body * shape.T_body_shape, shape.size))
+                    T = body.T_parent_body * shape.T_body_shape
+                    blocks.append(Block(T, shape.size, name))
             except InputError as error:
                 raise at_path(error, f"world.bodies.{name}") from None
     return blocks

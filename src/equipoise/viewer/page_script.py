@@ -1,4 +1,4 @@
-"""The scripts that are added to viser's page, see `files/number_boxes.js` and `narrow_page.js`."""
+"""The scripts that are added to viser's page, see the files of their `NAMES`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from websockets.http11 import Request, Response
 
 PAGES = ("/", "/index.html")
 END = b"</body>"
-SCRIPTS = tuple(
-    Path(__file__).parent / "files" / name for name in ("number_boxes.js", "narrow_page.js")
-)
+NAMES = ("software_drawing.js", "number_boxes.js", "narrow_page.js")
+SCRIPTS = tuple(Path(__file__).parent / "files" / name for name in NAMES)
 
 
 def asks_for_page(request: Request) -> bool:

@@ -52,6 +52,7 @@ def test_a_walk_is_that_of_one_process():
     assert "touches" in " ".join(run.story)
 
 
+@pytest.mark.slow
 def test_who_ends_a_walk_gets_a_robot_that_stands():
     """Asked for in the middle of a step: the foot comes down beside the other one first."""
     spec = scenario(8.0)

@@ -47,6 +47,14 @@ def test_a_motor_is_as_hot_as_the_hotter_of_its_sensors():
     said = " ".join(told_of_health(health, names))
     assert "48.5 V" in said
     assert "left_hip_yaw_joint 0x20" in said
+    assert "battery is not looked at" in said
+
+
+def test_what_is_not_told_is_said():
+    said = " ".join(told_of_health(health_of(Message(LOW_STATE)), get_robot("g1").joint_names))
+    assert "no temperature" in said
+    assert "no voltage" in said
+    assert "battery is not looked at" in said
 
 
 @pytest.mark.parametrize(

@@ -47,8 +47,14 @@ def told_of_health(health: Health, names: Sequence[str]) -> list[str]:
     if health.temperature.any():
         worst = int(np.argmax(health.temperature))
         said.append(f"its hottest motor has {health.temperature[worst]:.0f} deg C ({names[worst]})")
+    elif health.temperature.size:
+        said.append("its motors tell no temperature")
     if health.voltage.any():
         said.append(f"its motors have {health.voltage.min():.1f} V or more")
+    elif health.voltage.size:
+        said.append("its motors tell no voltage")
+    if health.voltage.size:
+        said.append("its battery is not looked at: it has messages of its own")
     if health.words.any():
         which = ", ".join(
             f"{name} {int(word):#x}" for name, word in zip(names, health.words, strict=True) if word

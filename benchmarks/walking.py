@@ -62,9 +62,9 @@ def push(force: str, start: float) -> Overrides:
     return overrides
 
 
-def load(robot: Robot) -> list[str]:
-    """5 kg in the right hand that nobody told."""
-    return ["disturbances.payloads=[{frame: right_palm, mass: 5.0}]"]
+def load(mass: float) -> list[str]:
+    """Return a mass [kg] in the right hand that nobody told."""
+    return [f"disturbances.payloads=[{{frame: right_palm, mass: {mass}}}]"]
 
 
 def plank(height: float) -> Overrides:
@@ -140,7 +140,9 @@ def cases() -> dict[str, Case]:
         "delay 3 ms": Case("walk", ["faults.measurement_delay=0.003"]),
         "delay 5 ms": Case("walk", ["faults.measurement_delay=0.005"]),
         "noise": Case("walk", NOISE),
-        "5 kg in a hand": Case("walk", load),
+        "1 kg in a hand": Case("walk", load(1.0), robots=["g1"]),
+        "2 kg in a hand": Case("walk", load(2.0), robots=["g1"]),
+        "5 kg in a hand": Case("walk", load(5.0)),
         "plank 1 cm": Case("walk", plank(0.01)),
         "plank 2 cm": Case("walk", plank(0.02)),
         "push 60 N forward": Case("walk", push("[60, 0, 0]", 1.8), pushed=2.0),

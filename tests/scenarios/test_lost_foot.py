@@ -93,6 +93,7 @@ def test_a_foot_that_does_not_come_back_is_told_when_nothing_else_holds(hrp2):
         walker = SimpleNamespace(
             planner=planner, stance=stance, supports=(LEFT, RIGHT), clock=WalkClock(),
             plan=planner.begin(stance, []), lose=lambda t, foot: asked.append((t, foot)),
+            lifts_soon=lambda foot: False,
         )  # fmt: skip
         lost = LostFeet(walker, hrp2, ("left", "right"))
         q = hrp2.q_half_sitting.copy()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import sys
 from pathlib import Path
 
 
@@ -11,6 +12,7 @@ def test_the_page_shows_the_kept_results():
     place = Path(__file__).parents[2] / "docs" / "walking_tables.py"
     spec = importlib.util.spec_from_file_location("walking_tables", place)
     tables = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = tables
     spec.loader.exec_module(tables)
     text = tables.PAGE.read_text(encoding="utf-8")
     rows = [json.loads(line) for line in tables.KEPT.read_text(encoding="utf-8").splitlines()]

@@ -22,10 +22,11 @@ PATIENCE = 0.15  # [s] after which nobody waits any longer for a foot that does 
 class LostFeet:
     """Looks after feet that are believed to carry and do not: `update` once a tick.
 
-    One that is where it stood, and is not to have a `LOADED` share of the weight yet, is only
-    light. After `SURE` the walker is asked to stand on the other foot, once. Where it cannot, the
-    foot may still come down; is it not there after `PATIENCE`, and the divergent component of the
-    nominal centre of mass outside of what is left to stand on, then nothing holds the robot.
+    One that is where it stood, or will be lifted soon, and is not to have a `LOADED` share of the
+    weight, is only light. After `SURE` the walker is asked to stand on the other foot, once. Where
+    it cannot, the foot may still come down; is it not there after `PATIENCE`, and the divergent
+    component of the nominal centre of mass outside of what is left to stand on, then nothing holds
+    the robot.
     """
 
     def __init__(self, walker: Walker, robot: Robot, contacts: Sequence[str]) -> None:
@@ -55,7 +56,7 @@ class LostFeet:
         walker, feet = self._walker, self._walker.planner.feet
         if walker.supports == (foot,):
             return True
-        if np.isfinite(reading.q).all():
+        if np.isfinite(reading.q).all() and not walker.lifts_soon(foot):
             place = self._robot.at(reading.q).placement(feet.soles[foot].frame).translation
             if np.linalg.norm(place - walker.stance[foot].translation) > AWAY:
                 return True

@@ -25,6 +25,7 @@ from equipoise.walking.targets import WalkTargets
 BOTH = (LEFT, RIGHT)
 TOO_LATE = 0.04  # [s] before its planned touchdown from which on a foot is not let go again
 OFF = 0.3  # of the load of a touchdown, below which a foot has come off
+SOON = 0.5  # [s] before its lift from which on a foot may be light
 CATCH = 1.4  # [s] in which a foot that was lost is put down again
 LATE = 0.01  # [s] behind its plan at which a touchdown is told to be late
 
@@ -96,6 +97,13 @@ class Walker:
     def remaining(self) -> int:
         """How many steps are still to come, that in the air not counted."""
         return len(self._left)
+
+    def lifts_soon(self, foot: int) -> bool:
+        """Return whether a foot that stands is to be lifted before long by the plan."""
+        following = next((one for one in self.plan.steps if one.number == self._number), None)
+        if following is None or not self._left or following.foot != foot:
+            return False
+        return following.lift - self.clock.t < SOON
 
     def stop(self) -> None:
         """Put the feet side by side at the next touchdown, and stand."""

@@ -86,6 +86,36 @@ def test_the_twist_shown_is_the_rate_of_the_pose_while_it_fades(rng):
     assert np.allclose(rows[-1][12:], 0.0)
 
 
+@pytest.mark.parametrize("way", [0.02, 0.3, 2.0])
+def test_a_jump_keeps_speed_and_acceleration(way):
+    """A short one takes the fade, a long one as long as one of the bounds asks for."""
+    ticks = Ticks(LiveTarget(pin.SE3.Identity(), speed=0.5, acceleration=2.0, fade=0.3))
+    ticks(0.0)
+    ticks.target.set(pose((way, 0, 0)))
+    rows = np.array([ticks(k * DT) for k in range(9000)])
+    speed, change = rows[:, 12].max(), np.abs(np.diff(rows[:, 12])).max() / DT
+    assert rows[-1, 9] == pytest.approx(way)
+    assert speed < 0.5 * 1.001
+    assert change < 2.0 * 1.001
+    if way < 0.03:
+        assert rows[round(0.3 / DT), 9] == pytest.approx(way)
+    else:
+        assert max(speed / 0.5, change / 2.0) > 0.98
+
+
+def test_a_jump_back_on_the_way_brakes_first():
+    """What goes at full speed goes on by its braking distance, no further."""
+    ticks = Ticks(LiveTarget(pin.SE3.Identity(), speed=0.5, acceleration=2.0))
+    ticks.target.set(pose((2.0, 0, 0)))
+    there = [ticks(k * DT) for k in range(3750)][-1]
+    ticks.target.set(pin.SE3.Identity())
+    rows = np.array([ticks((3750 + k) * DT) for k in range(9000)])
+    assert there[12] == pytest.approx(0.5, rel=0.01)
+    assert rows[:, 9].max() - there[9] < 0.1
+    assert np.abs(np.diff(rows[:, 12])).max() / DT < 4.01
+    assert rows[-1, 9] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_target_that_nobody_sets_any_more_comes_to_rest():
     ticks = Ticks(LiveTarget(pin.SE3.Identity(), hold=0.1))
     ticks.target.set(pin.SE3.Identity(), np.array([0.04, 0, 0, 0, 0, 0]))
@@ -173,7 +203,7 @@ def test_what_is_no_target_is_refused():
         task.target = pin.SE3.Identity(), np.zeros(3)
     with pytest.raises(InputError, match="is a FixedPose"):
         FramePoseTask("hand", "palm", FixedPose(pin.SE3.Identity())).target = pin.SE3.Identity()
-    for how in ({"fade": 0.0}, {"hold": -1.0}, {"smoothing": -1.0}):
+    for how in ({"fade": 0.0}, {"hold": -1.0}, {"smoothing": -1.0}, {"speed": 0.0}):
         with pytest.raises(InputError):
             LiveTarget(pin.SE3.Identity(), **how)
 

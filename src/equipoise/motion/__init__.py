@@ -9,6 +9,7 @@ from equipoise.motion.generator import MotionGenerator, MotionStep, StaleMotionE
 from equipoise.motion.governor import Governor
 from equipoise.motion.inverse_kinematics import InverseKinematics
 from equipoise.motion.posture import PostureNotFoundError, solve_posture
+from equipoise.motion.reaching import live_reach
 
 __all__ = [
     "AccelerationAdvice",
@@ -20,5 +21,6 @@ __all__ = [
     "StaleMotionError",
     "advise_accelerations",
     "borne_inertia",
+    "live_reach",
     "solve_posture",
 ]

@@ -27,12 +27,13 @@ from equipoise.spatial.numbers import (
     positive,
     real_array,
     real_number,
+    real_vector,
     require_period,
 )
-from equipoise.tasks.view import TaskView
+from equipoise.tasks.view import TaskView, joint_positions
 
-# entries of the numbers; then for each joint its weight, its change and its fastest
-PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, EACH = range(7)
+# entries of the numbers; then for each joint its weight, its change, its fastest, its home
+PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING, EACH = range(9)
 FREE = 0.02  # [m] from the target nothing is damped
 FULL = 0.1  # [m] beyond which a target is not followed in its speed, and the damping is whole
 LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
@@ -48,7 +49,11 @@ class Reach:
     arm is stretched before legs and trunk lean. Nearer, levels below get all that is left, but no
     joint may change its speed faster than `change` [rad/s^2], so that they come back without a
     jump, nor exceed `fastest` [rad/s], which an arm that is nearly stretched would. These two are
-    one number or one for each joint (na,). `period` [s] is that of the generator.
+    one number or one for each joint (na,). Within `close` [m] of the target `fastest` grows as
+    the distance falls, so that a target that is followed well is followed exactly. `home` (na,) is
+    where a joint that is damped goes by itself, by at most `homing` [rad/s] over its weight: a
+    straight arm that is called back has to begin to bend somehow. `period` [s] is that of the
+    generator.
     Source: Sugihara 2011 (Levenberg-Marquardt); the mass in place of a damping that grows with the
     error is ours: it keeps the velocity continuous where following turns into being drawn.
     Raises: `InputError`, `ShapeError`.
@@ -63,11 +68,15 @@ class Reach:
     weights: float | Array = 1.0
     change: float | Array = 30.0
     fastest: float | Array = math.inf
+    close: float = 0.0
+    home: Array | None = None
+    homing: float = 0.05
 
     def __post_init__(self) -> None:
         require_robot("the robot whose joints a reach damps", self.robot)
         require_period(self.period)
-        not_negative("the damping of a reach", self.damping)
+        for name in ("damping", "close", "homing"):
+            not_negative(f"the {name} of a reach", getattr(self, name))
         positive("the mass of a reach", self.mass, "s")
         for name in ("pull", "pull_turn"):
             drawn = real_number(f"the {name.replace('_', ' ')}", getattr(self, name), finite=False)
@@ -76,6 +85,8 @@ class Reach:
         for name in ("weights", "change", "fastest"):
             if not (self._each(name) > 0.0).all():
                 raise InputError(f"the {name} of a reach must be positive")
+        if self.home is not None:
+            real_vector("the home of a reach", self.home, self.robot.na)
 
     def _each(self, name: str) -> Array:
         """Return a number for each joint (na,)."""
@@ -89,7 +100,9 @@ class Reach:
     def numbers(self) -> Array:
         """What the kernel needs, in the order of its entries."""
         alike = [self.pull, self.pull_turn, self.damping, self.mass, self.period, self.robot.na]
-        return np.concatenate((alike, *map(self._each, ("weights", "change", "fastest"))))
+        alike += [self.close, 0.0 if self.home is None else self.homing]
+        home = np.zeros(self.robot.na) if self.home is None else self.home
+        return np.concatenate((alike, *map(self._each, ("weights", "change", "fastest")), home))
 
 
 @compiled
@@ -99,6 +112,8 @@ def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, 
     far = math.sqrt(error[0] ** 2 + error[1] ** 2 + error[2] ** 2)
     angle = math.sqrt(error[3] ** 2 + error[4] ** 2 + error[5] ** 2)
     beyond = max(far - FREE, 0.0) + max(LEVER * angle - FREE, 0.0)
+    near = max(far + LEVER * angle, 1e-9)
+    faster = numbers[CLOSE] / near if near < numbers[CLOSE] else 1.0
     share = min(beyond / FULL, 1.0)
     for i in range(6):
         lower[at + i] = task.rate * error[i]
@@ -109,11 +124,13 @@ def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, 
     before, na = vector(task.state, VELOCITY), int(numbers[JOINTS])
     first, dt, inertia = task.A.shape[1] - na, numbers[PERIOD], numbers[MASS] / numbers[PERIOD]
     resistance = numbers[DAMPING] ** 2 * share if beyond > 0.0 else 0.0
-    w = math.sqrt(inertia + resistance)
+    w, q = math.sqrt(inertia + resistance), joint_positions(task.state, na)
     for i in range(na):
-        row, weight = at + 6 + i, w * numbers[EACH + i]
-        kept, change = before[first + i] * inertia / (inertia + resistance), 0.0
-        fastest = numbers[EACH + 2 * na + i]
+        row, weight, change = at + 6 + i, w * numbers[EACH + i], 0.0
+        most = numbers[HOMING] / numbers[EACH + i]
+        home = min(max(numbers[EACH + 3 * na + i] - q[i], -most), most)
+        kept = (inertia * before[first + i] + resistance * home) / (inertia + resistance)
+        fastest = numbers[EACH + 2 * na + i] * faster
         if beyond == 0.0:
             change = numbers[EACH + na + i] * dt
         task.A[row, first + i] = weight

@@ -1,9 +1,10 @@
 """Targets and forces that are set while they are followed, by any thread, and never jump.
 
 What is set is posted as one object; the tick takes it at its own time. From then on a target goes
-along with its twist, and what it would have jumped by is led to zero over a fade: a quintic that
-begins with position, rate and bend of the moment. A change that is small is taken as it is, so that
-a stream of targets is followed without a lag.
+along with its twist, and what it would have jumped by is led to zero over a fade: one quintic for
+the way, so long that it keeps a speed and an acceleration, and one for the rate and the bend that
+the target had before, over its braking time. A change that is small is taken as it is, so that a
+stream of targets is followed without a lag.
 """
 
 from __future__ import annotations
@@ -26,23 +27,28 @@ from equipoise.spatial.kernels import (
 from equipoise.spatial.numbers import real_list, real_number
 from equipoise.spatial.poses import rigid, rigid_row
 from equipoise.trajectories.base import LIVE, ROW, CompiledTrajectory, instant
+from equipoise.trajectories.minimum_jerk import FASTEST, SHARPEST
 from equipoise.trajectories.scalar import LIVE as LIVE_SCALAR
 from equipoise.trajectories.scalar import CompiledScalar
 
 # numbers of a live target: how many were taken, when the last one was, the settings; pose row [12]
-# and twist [6] at that time; when the fade began, and the three derivatives of what is faded
-# [3, 6]; then what is posted: its count, pose row, twist, and whether the twist is known
+# and twist [6] at that time; when the fade began, the three derivatives of what is faded [3, 6],
+# how long its way and its rate take, what bounds both; then what is posted: its count, pose row,
+# twist, and whether the twist is known
 TAKEN, SINCE, FADE, HOLD, SMOOTHING = range(5)
 BASE, TWIST, FADE_SINCE, OFFSET = 5, 17, 23, 24
-POSTED = 42
+SPAN, BRAKE, SPEED, ACCELERATION, TURN, TURN_ACCELERATION = range(42, 48)
+POSTED = 48
 NEW, NEW_TWIST, KNOWN = POSTED + 1, POSTED + 13, POSTED + 19
 COUNT = KNOWN + 1
 
+BOUNDS = ("speed", "acceleration", "turn", "turn acceleration")
 LONG_AGO = -1e9  # [s]
 SMALL, SMALL_TURN = 0.05, 0.2  # [m/s], [rad/s] a change of the wanted speed that need not be faded
 NOMINAL = 10.0  # [1/s] rate at which a task makes speeds of distances, to tell what is small
 ESTIMATE, ESTIMATE_TURN = 10.0, 40.0  # [m/s^2], [rad/s^2] how fast an estimated twist may change
 AT_REST = [0.0] * 6
+BRAKING = 3.95  # greatest bend of the quintic that brakes from a rate of one in a unit of time
 LONGEST = 0.01  # [s] of one change of an estimate
 _counts = itertools.count(1)  # `next` of it is one step for every thread
 
@@ -53,7 +59,9 @@ class LiveTarget(CompiledTrajectory):
     It rests at `T_world_target` until it is set. With a twist it goes along between two settings;
     without one the twist is estimated from the settings before, smoothed over `smoothing` [s]. If
     none comes for `hold` [s], it comes to rest within as long again. A jump is faded over `fade`
-    [s]; a change of less than 5 cm/s or 0.2 rad/s in what is wanted is taken at once.
+    [s], or over as long as it takes to keep `speed` [m/s], `acceleration` [m/s^2], `turn` [rad/s]
+    and `turn_acceleration` [rad/s^2] (none is bounded by default); a change of less than
+    5 cm/s or 0.2 rad/s in what is wanted is taken at once.
     One generator follows it: the times of the settings are those of its ticks.
     Raises: `InputError`, `NonFiniteError`, `ShapeError`.
     """
@@ -67,9 +75,18 @@ class LiveTarget(CompiledTrajectory):
         fade: float = 0.3,
         hold: float = 0.1,
         smoothing: float = 0.01,
+        speed: float = math.inf,
+        acceleration: float = math.inf,
+        turn: float = math.inf,
+        turn_acceleration: float = math.inf,
     ) -> None:
         rigid("the pose of a live target", T_world_target)
         numbers = np.zeros(COUNT)
+        bounds = (speed, acceleration, turn, turn_acceleration)
+        for place, name, value in zip(range(SPEED, POSTED), BOUNDS, bounds, strict=True):
+            numbers[place] = real_number(f"the {name} of a live target", value, finite=False)
+            if not numbers[place] > 0.0:
+                raise InputError(f"the {name} of a live target must be positive", given=value)
         for place, name, value in ((FADE, "fade", fade), (HOLD, "hold", hold)):
             numbers[place] = _positive(f"the {name} of a live target", value)
         numbers[SMOOTHING] = real_number("the smoothing of a live target", smoothing)
@@ -270,12 +287,15 @@ def carried(n: np.ndarray, t: float, row: np.ndarray) -> None:
 def left_over(n: np.ndarray, t: float, apart: np.ndarray) -> bool:
     """Write value, rate and bend [3 x 6] of what is still faded; False if nothing is."""
     since = max(t - n[FADE_SINCE], 0.0)
-    if since >= n[FADE]:
+    if since >= max(n[SPAN], n[BRAKE]):
         apart[:] = 0.0
         return False
     for i in range(6):
         o, r, a = n[OFFSET + i], n[OFFSET + 6 + i], n[OFFSET + 12 + i]
-        apart[i], apart[6 + i], apart[12 + i] = faded(o, r, a, n[FADE], since)
+        way, way_rate, way_bend = faded(o, 0.0, 0.0, n[SPAN], since)
+        left, left_rate, left_bend = faded(0.0, r, a, n[BRAKE], since)
+        apart[i], apart[6 + i] = way + left, way_rate + left_rate
+        apart[12 + i] = way_bend + left_bend
     return True
 
 
@@ -352,6 +372,13 @@ def fade_from(n: np.ndarray, t: float, shown: np.ndarray, apart: np.ndarray) -> 
     n[OFFSET + 9] = w[0] - 0.5 * ax + g * bx
     n[OFFSET + 10] = w[1] - 0.5 * ay + g * by
     n[OFFSET + 11] = w[2] - 0.5 * az + g * bz
+    n[SPAN] = n[BRAKE] = n[FADE]
+    for part in range(2):  # of place, of rotation
+        at, fastest, change = OFFSET + 3 * part, n[SPEED + 2 * part], n[ACCELERATION + 2 * part]
+        far = math.sqrt(n[at] ** 2 + n[at + 1] ** 2 + n[at + 2] ** 2)
+        rate = math.sqrt(n[at + 6] ** 2 + n[at + 7] ** 2 + n[at + 8] ** 2)
+        n[SPAN] = max(n[SPAN], FASTEST * far / fastest, math.sqrt(SHARPEST * far / change))
+        n[BRAKE] = max(n[BRAKE], BRAKING * rate / change)
 
 
 @compiled

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from equipoise.compiled import inlined
 
 FASTEST = 1.875  # greatest rate of the step, in its middle
+SHARPEST = 10.0 / math.sqrt(3.0)  # greatest bend, on either side of it
 
 
 @inlined

@@ -12,8 +12,9 @@ import pinocchio as pin
 
 from equipoise.contacts import SupportPolygon
 from equipoise.errors import AdviceWarning, InputError, NameNotFoundError, ScenarioError
-from equipoise.motion import advise_accelerations, borne_inertia
+from equipoise.motion import advise_accelerations
 from equipoise.motion.levels import ground_of
+from equipoise.motion.reaching import calm_reach
 from equipoise.scenarios import schema
 from equipoise.scenarios.lookup import at_path, frame_of, to_pose
 from equipoise.simulation.build.fades import build_fades, contact_tasks
@@ -60,9 +61,6 @@ from equipoise.trajectories import (
     slow_down,
 )
 
-# [rad/s^2], [rad/s] of a joint that moves 1 kg m^2
-CALM_CHANGE, CALM_FASTEST = 2.5, 0.4
-HEAVY = 0.75  # power of the inertia by which joints hold back
 APPROACH_TIME = 2.0  # [s] length of the way from half-sitting to the posture of time 0
 
 
@@ -188,19 +186,12 @@ def _along(name: str, spec: schema.AlongSpec, path: PoseTrajectory, setup: Setup
 
 
 def _reach(scenario: schema.Scenario, setup: Setup, spec: schema.FramePathSpec) -> Reach | None:
-    """Return how the frame goes for targets that it is behind, None where nobody asks.
-
-    Joints count by the inertia they move, from 1 kg m^2 on: an arm before a leg.
-    """
-    robot = setup.robot
+    """Return how the frame goes for targets that it is behind, None where nobody asks."""
     if not spec.calm and spec.pull is None and spec.pull_turn is None and spec.damping is None:
         return None
-    weights = np.maximum(borne_inertia(robot, robot.q_half_sitting), 1.0) ** HEAVY
-    given = {"pull": spec.pull, "pull_turn": spec.pull_turn, "damping": spec.damping}
-    more: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    if spec.calm:
-        more |= {"change": CALM_CHANGE / weights, "fastest": CALM_FASTEST / weights}
-    return Reach(robot, scenario.control.period, weights=weights, **more)
+    bounds = {"pull": spec.pull, "pull_turn": spec.pull_turn, "damping": spec.damping}
+    given = {name: value for name, value in bounds.items() if value is not None}
+    return calm_reach(setup.robot, scenario.control.period, calm=bool(spec.calm), **given)
 
 
 def slowed_way(spec: schema.FramePathSpec) -> tuple[tuple[Waypoint, ...], tuple[SlowedLeg, ...]]:

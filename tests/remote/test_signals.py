@@ -90,9 +90,7 @@ def test_a_controller_that_is_killed_has_written_what_was_said(tmp_path: Path):
     assert kept.t[-1] > 0.4
 
 
-@pytest.mark.parametrize(
-    "pace", ["--lockstep", pytest.param("--realtime", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("pace", ["--lockstep", pytest.param("--realtime", marks=pytest.mark.slow)])
 def test_ctrl_c_at_the_controller_ramps_out(tmp_path: Path, pace):
     with udp_robot(tmp_path, *SCENARIO, pace) as (robot, port):
         with program(tmp_path, *DRIVE, "--wire-port", port, pace) as loop:

@@ -60,7 +60,7 @@ def test_a_watcher_is_told_of_every_kernel_the_first_time_only(tmp_path):
 def test_without_a_watcher_one_line_warns_the_first_time_only(tmp_path):
     first, second = (run(f"{KERNELS}\ncall()", tmp_path).stderr for _ in range(2))
     assert first.count("Compiling kernels") == 1
-    assert "about a minute" in first
+    assert "one to two minutes" in first
     assert second == ""
 
 

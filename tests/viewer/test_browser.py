@@ -41,6 +41,10 @@ from equipoise.viewer.playing.page import Play
 from equipoise.viewer.replay import Replay
 from equipoise.viewer.server import ViewerServer
 
+SMOOTHED = """
+return [...document.querySelectorAll("canvas")].map((canvas) => canvas.getContext("webgl2"))
+  .filter((gl) => gl).map((gl) => gl.getContextAttributes().antialias);
+"""
 PUSH_BUTTON = "//button[contains(., 'Push for')]"
 pytestmark = pytest.mark.skipif(
     CHROMIUM is None or DRIVER is None,
@@ -83,6 +87,12 @@ def test_the_robot_is_seen(replay: Replay, browser: Any, shots: Path) -> None:
     table = until(lambda: browser.find_element(By.ID, "equipoise-hierarchy").text)
     assert "left_hand" in table
     until(lambda: "Posture error" in browser.page_source)
+
+
+def test_drawn_in_software_no_edges_are_smoothed(replay: Replay, browser: Any) -> None:
+    drawn = browser.execute_script(SMOOTHED)
+    assert drawn
+    assert not any(drawn)
 
 
 def test_the_time_line_moves_the_robot(replay: Replay, browser: Any, shots: Path) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from numba.core import event
 
 LOG = logging.getLogger(__name__)
-COST = "about a minute"
+COST = "one to two minutes"
 PACKAGE = __name__.partition(".")[0]
 
 

@@ -109,6 +109,33 @@ def test_a_base_sensor_that_comes_back_brings_the_run_back(name, engine):
 
 
 @pytest.mark.slow
+def test_a_hand_on_a_wall_stays_there_without_a_base():
+    """Lost for good while the force still rises: the hand goes on pressing as it did."""
+    simulation = press("hrp2", "rigid", "duration=2.0", silence("base", 0.6, 9.0))
+    run = watched(simulation)
+    safe = run["mode"] == 2
+    assert run["mode"][-1] == 2
+    assert len(simulation.controller.supervisor.changes) == 2  # degraded, safe: it never sank
+    assert run["fastest"][safe].max() < 0.3
+    assert simulation.engine.state.lam[-1] == pytest.approx(18.0, abs=3.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["hrp2", "g1"])
+def test_a_law_that_is_given_up_leaves_a_hand_on_its_wall(name):
+    """Everything is measured, somebody has had enough: the robot stands still."""
+    simulation = press(name, "rigid", "duration=2.0")
+    fastest, supervisor = 0.0, simulation.controller.supervisor
+    for t, record in simulation.ticks():
+        if t >= 0.6:
+            supervisor.give_up(t, "enough of it")
+            fastest = max(fastest, np.abs(record["v"][6:]).max())
+    assert supervisor.mode is Mode.SAFE
+    assert len(supervisor.changes) == 1
+    assert fastest < 1.0
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hrp2", "g1", "romeo"])
 def test_without_a_base_and_five_milliseconds_late_it_stands(name):
     """Lost for good in MuJoCo: the posture is held as long as one looks."""

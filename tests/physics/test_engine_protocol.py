@@ -23,7 +23,7 @@ from helpers import sole_contacts
 
 WANTED = {
     *("external", "sliders", "object_names", "state"),
-    *("step", "stand", "support", "object_pose", "object_twist"),
+    *("step", "stand", "support", "remove", "object_pose", "object_twist"),
 }
 
 

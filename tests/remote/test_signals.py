@@ -85,7 +85,7 @@ def test_a_controller_that_is_killed_has_written_what_was_said(tmp_path: Path):
         for _ in ticks:
             pass
     assert run.link.compared > 500
-    assert run.link.apart == 0.0
+    assert run.link.apart < 1e-8  # [N m]; 0 unless this process has compiled the kernels itself
     kept = equipoise.load_run(tmp_path / "far")
     assert kept.t[-1] > 0.4
 

@@ -50,7 +50,8 @@ def test_two_programs_give_the_log_of_one(plant, tmp_path):
     )
     assert far.t.size == near.t.size == 100, told.stderr
     for name in ("q", "v", "tau", "q_ref", "lam/press", "lam/left_sole", "mode"):
-        np.testing.assert_array_equal(far[name], near[name], err_msg=name)
+        # the same bits, unless this process has compiled the kernels itself: then the last differ
+        np.testing.assert_allclose(far[name], near[name], rtol=0.0, atol=1e-8, err_msg=name)
     process.wait(timeout=60)
     said = process.stdout.read()
     assert "the commander said so" in said

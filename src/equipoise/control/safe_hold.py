@@ -29,11 +29,12 @@ INTEGRAL_SLOPE = 5.0  # [rad/s^2] of the integral that carries what is not known
 
 
 class SafeHold:
-    """Holds a posture on the supporting contacts with gains for a loop `delay` [s] late.
+    """Holds a posture on the contacts of the moment with gains for a loop `delay` [s] late.
 
     The passivity law with `K_d = kappa M(q)`, kappa from `advise_for_soft_floor`: it starts from
-    the torque of the moment, takes the weight over by its reaction and integral, and presses with
-    no hand. `damping` (na,) [N m s/rad] is what a joint bears with the rest of the robot free.
+    the torque of the moment, takes the weight over by its reaction and integral, and goes on
+    pressing as hands did: one that lies on a wall and that the law did not know of would be driven
+    along it. `damping` (na,) [N m s/rad] is what a joint bears with the rest of the robot free.
     """
 
     def __init__(
@@ -48,8 +49,8 @@ class SafeHold:
         self.robot, self._dt, self._delay = robot, dt, delay
         self._bounds = bounds
         self.damping = joint_damping(robot, robot.q_half_sitting, dt + delay)
-        self._law = self._made(standing(contacts))
-        self._q = robot.q_half_sitting.copy()
+        self._law = self._made(contacts)
+        self._q, self._still = robot.q_half_sitting.copy(), np.zeros(robot.nv)
         self._lam_ref = np.zeros(self._law.contacts.regulated_rows.size)
 
     def _made(self, contacts: ContactStack) -> PassivityController:
@@ -67,13 +68,12 @@ class SafeHold:
 
     def begin(self, contacts: ContactStack, measured: Measurement, tau: Array) -> None:
         """Hold the measured posture from now on, beginning with the torque `tau` (na,) [N m]."""
-        stand = standing(contacts)
-        if stand.contacts != self._law.contacts.contacts:
-            self._law = self._made(stand)
+        if contacts.contacts != self._law.contacts.contacts:
+            self._law = self._made(contacts)
         q = measured.q
         self._q = q.copy()
-        pressed = measured.lam[contacts.supporting_rows][stand.regulated_rows]
-        self._lam_ref = np.maximum(pressed, least_regulated(stand.contacts))
+        pressed = measured.lam[contacts.regulated_rows]
+        self._lam_ref = np.maximum(pressed, least_regulated(contacts.contacts))
         self._law.gains = replace(self._gains(q), handover=self._law.gains.handover)
         self._law.reset()
         self._law.take_over(tau)
@@ -83,13 +83,16 @@ class SafeHold:
         """The posture that is held (nq,)."""
         return self._q
 
+    @property
+    def pressed(self) -> Array:
+        """What the regulated rows are held at (k,)."""
+        return self._lam_ref
+
     def step(self, t: float, measured: Measurement, contacts: ContactStack) -> Command:
         """Return the torque that holds the posture; `measured` as for a controller."""
-        lam = measured.lam[contacts.supporting_rows]
-        if standing(contacts).contacts != self._law.contacts.contacts:
+        if contacts.contacts != self._law.contacts.contacts:
             self.begin(contacts, measured, self._law.tau.copy())
-        reference = Reference(self._q, np.zeros(self.robot.nv), self._lam_ref)
-        return self._law.step(t, measured._replace(lam=lam), reference)
+        return self._law.step(t, measured, Reference(self._q, self._still, self._lam_ref))
 
     def damped(self, rates: Array, carried: Array) -> Array:
         """Return the torque (na,) that brakes joint `rates` (na,) and still carries some weight."""
@@ -103,17 +106,11 @@ class SafeHold:
 
     def restore(self, state: Mapping[str, Any], contacts: ContactStack) -> None:
         """Continue from what `state` returned, on the contacts that hold."""
-        stand = standing(contacts)
-        if stand.contacts != self._law.contacts.contacts:
-            self._law = self._made(stand)
+        if contacts.contacts != self._law.contacts.contacts:
+            self._law = self._made(contacts)
         self._q, self._lam_ref = state["q"].copy(), state["lam_ref"].copy()
         self._law.gains = replace(self._gains(self._q), handover=self._law.gains.handover)
         self._law.restore(state["law"])
-
-
-def standing(contacts: ContactStack) -> ContactStack:
-    """Return the contacts that carry the base."""
-    return ContactStack([c for c in contacts.contacts if c.supporting])
 
 
 def joint_damping(robot: Robot, q: Array, delay: float) -> Array:

@@ -129,7 +129,9 @@ class Supervisor:
         self._whole_since: float | None = None
         self._may_return = False
         self._ramp_since = -np.inf
-        self._q_from: Array | None = None  # where the way back to the reference begins
+        # where the way back to the reference begins, and what is pressed there
+        self._q_from: Array | None = None
+        self._lam_from = np.zeros(0)
 
     def step(self, t: float, measured: Measurement, reference: Reference) -> Command:
         """Return the command at time `t` [s].
@@ -173,6 +175,7 @@ class Supervisor:
             "tau": self._tau.copy(),
             "noted": [tau.copy() for tau in self._noted],
             "q_from": None if self._q_from is None else self._q_from.copy(),
+            "lam_from": self._lam_from.copy(),
             "safe": self.safe.state() if self.mode is Mode.SAFE else None,
             "base": self._base.state(),
             **{name: getattr(self, f"_{name}") for name in _TIMES},
@@ -184,6 +187,7 @@ class Supervisor:
         self._last = None if state["last"] is None else Measurement(*state["last"])
         self._tau, self._noted = state["tau"].copy(), [tau.copy() for tau in state["noted"]]
         self._q_from = None if state["q_from"] is None else state["q_from"].copy()
+        self._lam_from = state["lam_from"].copy()
         for name in _TIMES:
             setattr(self, f"_{name}", state[name])
         self._contacts = self.controller.contacts
@@ -435,6 +439,7 @@ class Supervisor:
             return False
         self._last, self._lost_since = measured, None
         self._ramp_since, self._q_from = t, measured.q.copy()
+        self._lam_from = self.safe.pressed.copy()
         self.controller.reset()
         self.controller.take_over(self._tau)
         back = f"all sensors speak again: back to the reference within {self.limits.ramp:g} s"
@@ -454,7 +459,10 @@ class Supervisor:
         rate = 30.0 * x * x * (1.0 - x) ** 2 / max(self.limits.ramp, 1e-9)
         q_ref = pin.interpolate(model, self._q_from, far, share)
         v_ref = share * reference.v_ref + rate * pin.difference(model, self._q_from, far)
-        return Reference(q_ref, v_ref, share * reference.lam_ref), True
+        pressed = self._lam_from
+        if pressed.shape != reference.lam_ref.shape:  # contacts came or went meanwhile
+            pressed = np.zeros_like(reference.lam_ref)
+        return Reference(q_ref, v_ref, pressed + share * (reference.lam_ref - pressed)), True
 
     def _enter(self, t: float, mode: Mode, cause: str) -> None:
         if mode is self.mode:

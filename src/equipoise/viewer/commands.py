@@ -118,8 +118,10 @@ class Watch:
         if self._bridge is None:
             return
         self._bridge.finish(folder)
-        self._say(f"The page now shows the finished run: {self._bridge.url}  Ctrl-C ends it.")
-        _wait()
+        _wait(
+            self._say,
+            f"The page now shows the finished run: {self._bridge.url}  Ctrl-C ends it.",
+        )
         self._bridge.close()
 
 
@@ -129,13 +131,16 @@ def keep_open(server: ViewerServer, say: Say, *, browse: bool) -> None:
         say("Open to the network: whoever has this address with its token can look and push.")
     if browse and _has_screen():
         webbrowser.open(server.url)
-    say("Ctrl-C ends it.")
-    _wait()
+    _wait(say, "Ctrl-C ends it.")
 
 
-def _wait() -> None:
+def _wait(say: Say, what: str) -> None:
+    """Say that Ctrl-C is waited for, and do so: who reads it may press it at once."""
     with suppress(KeyboardInterrupt):
-        threading.Event().wait()
+        say(what)
+        never = threading.Event()
+        while not never.wait(1.0):  # looks up now and then: a signal may come to another thread
+            pass
 
 
 def _has_screen() -> bool:

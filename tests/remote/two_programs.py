@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -14,6 +15,11 @@ def equipoise_command(*arguments: str) -> list[str]:
     return [sys.executable, "-m", "equipoise", *arguments]
 
 
+def _hear_interrupts() -> None:
+    """Hear Ctrl-C, also where the tests themselves run behind a shell that has it ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @contextmanager
 def program(folder: Path, *arguments: str) -> Iterator[subprocess.Popen]:
     """Run the command line beside the test; killed in the end."""
@@ -23,6 +29,7 @@ def program(folder: Path, *arguments: str) -> Iterator[subprocess.Popen]:
         stderr=subprocess.STDOUT,
         text=True,
         cwd=folder,
+        preexec_fn=_hear_interrupts,
     )
     assert process.stdout is not None
     try:

@@ -112,7 +112,7 @@ def play(clone: Path, env: dict[str, str], clock: Clock, place: Path, what: str)
         mouse = ActionChains(browser, duration=100)
         mouse.move_by_offset(x, y).click_and_hold().move_by_offset(0, -30)
         mouse.move_by_offset(0, -50).release().perform()
-        until(lambda: share_changed(scene(picture(browser)), before) > MOVED, 60.0)
+        until(lambda: share_changed(scene(picture(browser)), before) > MOVED, 300.0)
         clock.take(f"{what}: handle dragged, hand seen to move", dragged)
     finally:
         browser.quit()

@@ -117,7 +117,9 @@ def test_a_hand_on_a_wall_stays_there_without_a_base():
     assert run["mode"][-1] == 2
     assert len(simulation.controller.supervisor.changes) == 2  # degraded, safe: it never sank
     assert run["fastest"][safe].max() < 0.3
-    assert simulation.engine.state.lam[-1] == pytest.approx(18.0, abs=3.0)
+    held = simulation.controller.supervisor.safe.pressed[-1]
+    assert held == pytest.approx(18.6, rel=0.02)  # of the profile when it was made safe
+    assert simulation.engine.state.lam[-1] == pytest.approx(held, rel=0.02)
 
 
 @pytest.mark.slow

@@ -7,11 +7,14 @@ import pinocchio as pin
 import pytest
 
 from equipoise import LoopSettings, RigidContactEngine, WholeBodyController, get_robot
-from equipoise.contacts import SurfaceContact
+from equipoise.contacts import ContactStack, SupportPolygon, SurfaceContact
+from equipoise.control import Command, ControlStatus, Measurement, Reference
 from equipoise.motion.levels import feet_of, polygon_of
 from equipoise.robots import Robot
 from equipoise.spatial import pose
 from equipoise.tasks import ComPolygonTask, FloorSupportTask, JointLimitsTask
+from equipoise.trajectories import LiveScalar, Profile
+from fixed_arm import small_arm
 from helpers import kinematics
 
 MARGIN = 0.03  # [m]
@@ -26,7 +29,7 @@ def start_of(robot: Robot, yaw: float) -> np.ndarray:
 
 
 def pressing(
-    robot: Robot, dt: float, force: float, yaw: float = 0.0, **more: object
+    robot: Robot, dt: float, force: float | Profile, yaw: float = 0.0, **more: object
 ) -> WholeBodyController:
     """Return a controller whose right palm presses forward, and a bit down."""
     q = start_of(robot, yaw)
@@ -157,3 +160,76 @@ def test_floor_support_knows_what_is_pressed(hrp2):
         fastest[leans] = max(speeds)
         assert controller.asked[0] == pytest.approx(200.0)
     assert fastest[True] < 0.3 < 1.0 < fastest[False]
+
+
+@pytest.mark.parametrize("force", [40.0, 200.0])
+def test_a_force_that_is_wanted_from_the_beginning_waits_too(hrp2, force):
+    """At the first tick it is what the soles bear without a lean, all of it or a part."""
+    controller = pressing(hrp2, 0.01, Profile.of([0.0], [force]))
+    polygon = polygon_of(feet_of(hrp2, start_of(hrp2, 0.0), None, 0.7))
+    first, room = [], []
+
+    def each(t, command):
+        first.append(controller.asked[0])
+        room.append(polygon.margin(zero_moment_point(hrp2, controller, command.q_ref)))
+
+    follow_exactly(controller, 0.3, each)
+    assert min(room) > 0.85 * MARGIN
+    if force < 50.0:
+        assert first[0] == force
+    else:
+        assert 0.2 * force < first[0] < 0.5 * force
+
+
+def test_a_robot_that_cannot_tip_over_does_not_lean():
+    """A bolted one has no columns of a base: a polygon that leans is one that does not."""
+    arm = small_arm()
+    polygon = SupportPolygon.of_points(np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]))
+    kin = kinematics(arm, arm.q_half_sitting)
+    tip = arm.frame_names[-1]
+    wall = SurfaceContact.on_plane("wall", tip, kin, (-1.0, 0.0, 0.0))
+    balance = ComPolygonTask("balance", polygon, leans=True)
+    controller = WholeBodyController.fixed(
+        arm, tasks=[balance], contacts=[wall], forces={"wall": Profile.of([0.0], [5.0])}
+    )
+    assert not controller.motion.program.leans
+    controller.step(0.0, arm.q_half_sitting, np.zeros(arm.nv), np.zeros(controller.contacts.size))
+    assert controller.asked[0] == 5.0
+
+
+class Listener:
+    """A controller of somebody else that does nothing but note which forces it is told."""
+
+    def __init__(self, robot: Robot, stack: ContactStack, dt: float) -> None:
+        self.robot, self.contacts, self.dt = robot, stack, dt
+        self.told: list[float] = []
+
+    def step(self, t: float, measured: Measurement, reference: Reference) -> Command:
+        self.told.append(float(reference.lam_ref[0]))
+        return Command(np.zeros(self.robot.na), ControlStatus.RUN)
+
+    def reset(self) -> None: ...
+
+    def switch(self, contacts: ContactStack) -> None: ...
+
+    def take_over(self, tau: np.ndarray) -> None: ...
+
+    def state(self) -> dict[str, object]:
+        return {}
+
+    def restore(self, state: dict[str, object]) -> None: ...
+
+
+def test_a_controller_of_somebody_else_is_told_the_same(hrp2):
+    """What is borne comes from the reference, not from the law."""
+    law = pressing(hrp2, 0.01, 120.0)
+    forces = {"wall": [LiveScalar(120.0, start=0.0)]}
+    other = WholeBodyController(
+        hrp2, law.motion.levels, law.contacts, law.settings, start_of(hrp2, 0.0),
+        wanted_forces=forces, controller=lambda stack: Listener(hrp2, stack, 0.01),
+    )  # fmt: skip
+    told = []
+    follow_exactly(law, 3.0, lambda t, command: told.append(law.asked[0]))
+    follow_exactly(other, 3.0, lambda t, command: None)
+    assert 0.3 * 120.0 < told[60] < 0.7 * 120.0
+    np.testing.assert_allclose(other.controller.told, told, atol=1e-9)

@@ -25,6 +25,7 @@ from equipoise.spatial import Array
 
 DAMPING_SHARE = 0.4  # of I / delay; the loop dv/dt = -(D/I) v(t - delay) is lost at pi/2
 REACTION_TIME = 4.0  # of the delay: how slowly the law looks at the floor's reaction
+FORCE_LAYER = 0.5  # [N] within which the force of a hand is regulated without a jump
 INTEGRAL_SLOPE = 5.0  # [rad/s^2] of the integral that carries what is not known
 
 
@@ -63,7 +64,8 @@ class SafeHold:
         soft = advise_for_soft_floor(max(self._delay, self._dt), self._dt, INTEGRAL_SLOPE)
         return ControlGains(
             K_d=soft.kappa * inertia_matrix(self.robot, q), alpha=soft.alpha, k_ip=INTEGRAL_SLOPE,
-            sgn_p=SignFunction("saturation", soft.layer), damp_violation=True,
+            sgn_p=SignFunction("saturation", soft.layer),
+            sgn_F=SignFunction("saturation", FORCE_LAYER), damp_violation=True,
         )  # fmt: skip
 
     def begin(self, contacts: ContactStack, measured: Measurement, tau: Array) -> None:

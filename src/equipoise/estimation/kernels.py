@@ -2,7 +2,8 @@
 
 A state of the filter is one array: rotation [9, by rows], velocity, position, places of the feet,
 biases of rate and acceleration. Its error is the same with three numbers for the rotation, so that
-part e of it, other than the rotation, stands at e + 6 of the state.
+part e of it, other than the rotation, stands at e + 6 of the state. By rows a rotation is the
+transpose of one in a pose row, and `turned_back` multiplies by it.
 """
 
 from __future__ import annotations
@@ -15,22 +16,18 @@ from equipoise.compiled import compiled, entrance, scratch, scratch_matrix
 from equipoise.compiled.workspace import integers, matrix, part_of, vector
 from equipoise.kinematics.kernels import FRAMES, Q, frame_rows, place_frames, place_joints
 from equipoise.kinematics.tree import FRAME_JOINT
-from equipoise.spatial.kernels import crossed, rotation_matrix, rotation_rate, rotation_vector
+from equipoise.spatial.kernels import (
+    crossed,
+    rotation_matrix,
+    rotation_rate,
+    rotation_vector,
+    turned_back,
+)
 
 GRAVITY = 9.81  # [m/s^2]
 V_, P_, FEET = 3, 6, 9  # where parts of the error begin
 # entries of the noise, as in `FilterNoise`
 RATE, ACCELERATION, RATE_BIAS, ACCELERATION_BIAS, SLIP, PLACE, ANGLE = range(7)
-
-
-@compiled
-def turned_by(R: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return the product of a rotation, by rows [9], and a vector."""
-    return (
-        R[0] * x + R[1] * y + R[2] * z,
-        R[3] * x + R[4] * y + R[5] * z,
-        R[6] * x + R[7] * y + R[8] * z,
-    )
 
 
 @compiled
@@ -125,7 +122,7 @@ def predict(x: np.ndarray, P: np.ndarray, imu: np.ndarray, dt: float, noise: np.
         for j in range(i):
             P[i, j] = P[j, i] = 0.5 * (P[i, j] + P[j, i])
     biases = x.shape[0] - 6
-    ax, ay, az = turned_by(
+    ax, ay, az = turned_back(
         x, imu[3] - x[biases + 3], imu[4] - x[biases + 4], imu[5] - x[biases + 5]
     )
     az -= GRAVITY
@@ -162,13 +159,13 @@ def look_at(x: np.ndarray, soles: np.ndarray, anchors: np.ndarray, z: np.ndarray
     r, T = scratch_matrix(3, 3), scratch(9)
     for foot in range(soles.shape[0]):
         at, sole, anchor = 6 * foot, soles[foot], anchors[foot]
-        px, py, pz = turned_by(x, sole[9], sole[10], sole[11])
+        px, py, pz = turned_back(x, sole[9], sole[10], sole[11])
         of = 15 + 3 * foot
         z[at] = px + x[12] - x[of]
         z[at + 1] = py + x[13] - x[of + 1]
         z[at + 2] = pz + x[14] - x[of + 2]
         for k in range(3):
-            T[3 * k], T[3 * k + 1], T[3 * k + 2] = turned_by(
+            T[3 * k], T[3 * k + 1], T[3 * k + 2] = turned_back(
                 x, sole[3 * k], sole[3 * k + 1], sole[3 * k + 2]
             )
         for i in range(3):

@@ -155,8 +155,11 @@ class MotionProgram:
 
     @property
     def leans(self) -> bool:
-        """Whether balance leans into what hands press: then numbers of tasks change."""
-        return any(
+        """Whether balance leans into what hands press: then numbers of tasks change.
+
+        Only a robot that floats can tip over.
+        """
+        return self.robot.nv_base == 6 and any(
             isinstance(one.task, ComPolygonTask | FloorSupportTask) and one.task.leans
             for one in self.kernel_tasks
         )

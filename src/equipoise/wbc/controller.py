@@ -376,9 +376,6 @@ class WholeBodyController:
     def _in_parts(self, t: float, q: Array, v: Array, lam: Array) -> WholeBodyCommand:
         """Run a tick in which Python has a say: in tasks, solver, contacts, controller or mode."""
         self.motion.solve(self.followed_at)
-        if self.law is None and self.motion.program.leans:  # else the law has written them
-            kin = self.robot.at(self.workspace.parts["reference"].q)
-            self.workspace.parts["law"].J[: self._rows_held] = self._held.jacobian(kin)
         result = np.empty(self._size)
         tick(*self._blocks, t, q, v, lam, WANT, result)
         if self.law is None or self.law.asks_python or self.supervisor.mode is not Mode.RUN:

@@ -15,8 +15,9 @@ import numpy as np
 
 from equipoise.compiled import compiled, scratch
 from equipoise.compiled.workspace import Block, integers, matrix, vector
-from equipoise.control.passivity.memory import FLAGS as LAW_FLAGS
+from equipoise.contacts.program import contact_rows
 from equipoise.control.passivity.memory import (
+    AT,
     J_PHI,
     LAM_REF,
     REGULATED,
@@ -24,6 +25,7 @@ from equipoise.control.passivity.memory import (
     ROW_COUNT,
     leading_rows,
 )
+from equipoise.control.passivity.memory import FLAGS as LAW_FLAGS
 from equipoise.kinematics.kernels import COM, JOINTS
 from equipoise.kinematics.tree import BELOW
 from equipoise.motion.kernels import MotionBlocks
@@ -48,8 +50,11 @@ SPARE = 0.1  # of the margin that a force may use; without, it would be reached 
 
 
 @compiled
-def lean(m: MotionBlocks, law: Block, meeting: Block, dt: float) -> None:
-    """Turn what is wanted of the hands, in the law, into what is asked; lean the balance tasks."""
+def lean(m: MotionBlocks, contacts: Block, law: Block, meeting: Block, dt: float) -> None:
+    """Turn what is wanted of the hands, in the law, into what is asked; lean the balance tasks.
+
+    `contacts` are the law's; their rows at the reference are left in its J until it runs.
+    """
     kind, first = integers(m.tasks, KIND), integers(m.tasks, FIRST)
     pool, rates = vector(m.tasks, NUMBERS), vector(m.tasks, RATES)
     count = integers(law, LAW_FLAGS)[REGULATED_COUNT]
@@ -59,11 +64,19 @@ def lean(m: MotionBlocks, law: Block, meeting: Block, dt: float) -> None:
         if not math.isfinite(lam[i]):
             return  # the supervisor is about to see it; nothing is remembered of it
         before[i] = asked[wanted_of[i]]
-    now, then = scratch(3), scratch(3)
+    rows = integers(law, LAW_FLAGS)[ROW_COUNT]
+    contact_rows(m.tree, m.state, contacts, leading_rows(law, J_PHI, rows), integers(law, AT))
+    now, then, nothing = scratch(3), scratch(3), scratch(3)
+    nothing[:] = 0.0
     for k in range(kind.shape[0]):
         numbers = pool[first[k] : first[k + 1]]
         if kind[k] == COM_POLYGON and numbers[LEANS]:
             lean_of(m, law, numbers[HEIGHT], before, now)
+            share = borne_share(m, numbers, nothing, now, SPARE * numbers[MARGIN])
+            if share < 1.0:  # the reference was moved from where it bore this
+                for i in range(count):
+                    before[i] *= share
+                lean_of(m, law, numbers[HEIGHT], before, now)
             lean_of(m, law, numbers[HEIGHT], lam[:count], then)
             move_polygon(m, numbers, rates[k], then, dt)
             share = borne_share(m, numbers, now, then, SPARE * numbers[MARGIN])
@@ -84,7 +97,7 @@ def lean(m: MotionBlocks, law: Block, meeting: Block, dt: float) -> None:
 def lean_of(m: MotionBlocks, law: Block, height: float, lam: np.ndarray, out: np.ndarray) -> None:
     """Write how far the multipliers `lam` of the regulated rows make the robot lean: see `room_at`.
 
-    Their wrench on the base is that of the rows' columns of the base, as the law saw them last.
+    Their wrench on the base is that of the rows' columns of the base.
     """
     J = leading_rows(law, J_PHI, integers(law, LAW_FLAGS)[ROW_COUNT])
     row, base = integers(law, REGULATED), matrix(m.state, JOINTS)[1]

@@ -89,7 +89,10 @@ def tick(
     if part & SOLVE_MOTION:
         solve_motion(m, wanted_at, integers(meeting, FLAGS)[FADING] != 0)
     if part & WANT:
-        want(m, part_of(floats, whole, tables, SCALARS), law, meeting, wanted_at)
+        want(
+            m, part_of(floats, whole, tables, SCALARS),
+            part_of(floats, whole, tables, LAW_CONTACTS), law, meeting, wanted_at,
+        )  # fmt: skip
     how = RUN
     if part & (BEGIN_LAW | RUN_LAW):
         how = run_law(floats, whole, tables, t, q, v, lam, part)
@@ -115,7 +118,9 @@ def govern(m: MotionBlocks, law: Block, dt: float, clamped: bool) -> None:
 
 
 @compiled
-def want(m: MotionBlocks, scalars: Block, law: Block, meeting: Block, t: float) -> None:
+def want(
+    m: MotionBlocks, scalars: Block, contacts: Block, law: Block, meeting: Block, t: float
+) -> None:
     """Give the law its reference: q_ref, v_ref and the wanted multipliers of what holds."""
     copy(vector(m.state, Q), vector(law, Q_REF))
     copy(vector(m.tasks, MOTION_V_REF), vector(law, V_REF))
@@ -124,7 +129,7 @@ def want(m: MotionBlocks, scalars: Block, law: Block, meeting: Block, t: float) 
     for i in range(integers(law, LAW_FLAGS)[REGULATED_COUNT]):
         lam_ref[i] = wanted_now(scalars, wanted[i])
     if integers(meeting, FLAGS)[LEANING]:
-        lean(m, law, meeting, vector(meeting, NUMBERS)[PERIOD])
+        lean(m, contacts, law, meeting, vector(meeting, NUMBERS)[PERIOD])
 
 
 @compiled

@@ -61,7 +61,7 @@ def sliders(n: int) -> SimpleNamespace:
     for k in range(n):
         joint = model.addJoint(0, pin.JointModelPX(), pin.SE3.Identity(), f"joint{k}")
         model.appendBodyToJoint(joint, pin.Inertia.Random(), pin.SE3.Identity())
-    robot = SimpleNamespace(model=model, nq=n, nv=n, frame_id=int)
+    robot = SimpleNamespace(model=model, nq=n, nv=n, nv_base=0, frame_id=int)
     robot.at = lambda q, v=None, t=0.0: kinematics_at(robot, q, v, t)
     return robot
 

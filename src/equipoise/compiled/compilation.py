@@ -114,9 +114,11 @@ def entrance(function: Kernel) -> Kernel:
 
 
 def inlined(function: Kernel) -> Kernel:
-    """Compile a small kernel, or one with one caller, into the kernels that call it."""
-    kernel: Kernel = numba.njit(inline="always", **OPTIONS)(function)
-    return kernel
+    """Compile a small kernel, or one with one caller, into the kernels that call it.
+
+    Where Python calls it, it is compiled by itself, and kept.
+    """
+    return _cached(function, inline="always")
 
 
 @contextmanager
@@ -131,6 +133,14 @@ def kept_where(room: Path) -> Iterator[None]:
 
 
 def _kept(function: Kernel, **options: bool) -> Kernel:
+    kernel = _cached(function, **options)
+    if is_kept() and not numba.config.DISABLE_JIT:
+        _compile_once(kernel)
+    return kernel
+
+
+def _cached(function: Kernel, **options: bool | str) -> Kernel:
+    """Compile a function, and keep the result where there is a place for it."""
     kernel: Kernel
     if not is_kept():
         kernel = numba.njit(**OPTIONS, **options)(function)
@@ -140,8 +150,6 @@ def _kept(function: Kernel, **options: bool) -> Kernel:
             kernel = numba.njit(cache=True, **OPTIONS, **options)(function)
     except RuntimeError:  # nowhere to write
         kernel = numba.njit(**OPTIONS, **options)(function)
-    if not numba.config.DISABLE_JIT:
-        _compile_once(kernel)
     return kernel
 
 

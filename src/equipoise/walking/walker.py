@@ -24,7 +24,7 @@ from equipoise.walking.targets import WalkTargets
 
 BOTH = (LEFT, RIGHT)
 TOO_LATE = 0.04  # [s] before its planned touchdown from which on a foot is not let go again
-OFF = 0.3  # of the load of a touchdown, below which a foot has come off
+OFF = 0.15  # of the load of a touchdown (0.45 % of the weight; it gets 1 %), below which it is off
 SOON = 0.5  # [s] before its lift from which on a foot may be light
 CATCH = 1.4  # [s] in which a foot that was lost is put down again
 LATE = 0.01  # [s] behind its plan at which a touchdown is told to be late

@@ -15,7 +15,7 @@ import numpy as np
 from equipoise.compiled import compiled, scratch, scratch_matrix
 from equipoise.spatial.kernels import crossed
 
-LEAST_SHARE = 0.02  # of the mean load, below which a foot that still stands is not unloaded
+LEAST_SHARE = 0.01  # of the whole load, below which a foot that still stands is not unloaded
 NARROW = 1e-6  # [m^2] spread of the centres across a direction in which they split nothing
 
 

@@ -53,7 +53,7 @@ NOT_YAML = {
 @pytest.mark.parametrize("case", [*TOO_MUCH, *NOT_YAML])
 def test_refused_at_once_and_in_a_line(case, tmp_path):
     text = {**TOO_MUCH, **NOT_YAML}[case]
-    begun = time.perf_counter()
+    begun = time.process_time()
     with pytest.raises(BadYamlError) as caught:
         load_yaml(text)
     assert len(str(caught.value)) < 300
@@ -65,7 +65,7 @@ def test_refused_at_once_and_in_a_line(case, tmp_path):
     with pytest.raises(InputError) as caught:
         read_extras(path)
     assert len(str(caught.value)) < 600
-    assert time.perf_counter() - begun < 20.0
+    assert time.process_time() - begun < 20.0
 
 
 def test_the_case_of_a_bomb_below_the_bound_is_read():

@@ -164,10 +164,10 @@ def test_a_refusal_is_quick(
     """Nothing is built for a place that cannot be written."""
     place = tmp_path / "place"
     place.touch()
-    began = time.perf_counter()
+    began = time.process_time()
     monkeypatch.setattr("sys.argv", ["equipoise", "run", "tray", "--out", os.fspath(place)])
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == WRONG_INPUT
     assert "is no folder" in capsys.readouterr().err
-    assert time.perf_counter() - began < 10.0
+    assert time.process_time() - began < 10.0

@@ -44,11 +44,11 @@ def start_chromium(profile: Path, size: tuple[int, int] = (1200, 600)) -> Any:
         options.add_argument(option)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     browser = webdriver.Chrome(options=options, service=Service(DRIVER))
-    browser.set_page_load_timeout(60)
+    browser.set_page_load_timeout(180)
     return browser
 
 
-def until(happened: Callable[[], Any], seconds: float = 90.0) -> Any:
+def until(happened: Callable[[], Any], seconds: float = 240.0) -> Any:
     """Wait for something and return it."""
     deadline = time.perf_counter() + seconds
     while not (found := happened()):

@@ -35,5 +35,5 @@ def test_a_request_wakes_the_sleeper() -> None:
     clock = Clock(0.0, 1.0)
     clock.seek(0.5)
     began = time.perf_counter()
-    clock.wait(30.0)
-    assert time.perf_counter() - began < 10.0
+    clock.wait(300.0)
+    assert time.perf_counter() - began < 200.0

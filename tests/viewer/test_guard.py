@@ -125,7 +125,7 @@ def opened():
 
 
 def get(server: ViewerServer, target: str = "/", **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10.0)
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60.0)
     try:
         connection.request("GET", target, headers=headers)
         response = connection.getresponse()
@@ -145,7 +145,7 @@ def shake_hands(server: ViewerServer, **headers: str) -> int:
         "Sec-WebSocket-Version": "13",
     } | headers
     request = "GET / HTTP/1.1\r\n" + "".join(f"{k}: {v}\r\n" for k, v in lines.items()) + "\r\n"
-    with socket.create_connection(("127.0.0.1", server.port), timeout=10.0) as stream:
+    with socket.create_connection(("127.0.0.1", server.port), timeout=60.0) as stream:
         stream.sendall(request.encode())
         return int(stream.recv(64).split()[1])
 
@@ -163,7 +163,7 @@ def test_a_closed_server_answers_its_own_page_only(closed: ViewerServer) -> None
 
 def test_a_closed_server_listens_on_loopback_only(closed: ViewerServer) -> None:
     assert closed.url == f"http://127.0.0.1:{closed.port}/"
-    listening = socket.create_connection(("127.0.0.1", closed.port), timeout=10.0)
+    listening = socket.create_connection(("127.0.0.1", closed.port), timeout=60.0)
     listening.close()
     with socket.socket() as probe:
         probe.settimeout(2.0)

@@ -106,7 +106,7 @@ def page(tmp_path: Path) -> Iterator[LivePage]:
         yield page
     finally:
         page.bridge._take("stop", None)
-        page.thread.join(timeout=20.0)
+        page.thread.join(timeout=120.0)
         browser.quit()
         page.bridge.close()
 
@@ -129,7 +129,7 @@ def test_a_run_is_watched_steered_and_stopped_from_the_page(page: LivePage, tmp_
     assert "supervisor" in page.browser.find_element(By.ID, "equipoise-status").text
 
     page.click("Stop the run")
-    page.thread.join(timeout=30.0)
+    page.thread.join(timeout=120.0)
     assert page.outcome is not None
     assert page.outcome.ending is Ending.INTERRUPTED
     told = [change.partition(" s: ")[2] for change in page.outcome.changes]

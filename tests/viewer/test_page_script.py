@@ -17,7 +17,7 @@ from equipoise.viewer.server import ViewerServer
 
 
 def test_the_page_ends_with_the_script(server: ViewerServer) -> None:
-    connection = http.client.HTTPConnection(server.host, server.port, timeout=10.0)
+    connection = http.client.HTTPConnection(server.host, server.port, timeout=60.0)
     connection.request("GET", "/", headers={"Accept-Encoding": "gzip"})
     answer = connection.getresponse()
     page = answer.read()

@@ -37,7 +37,7 @@ def replay(sway: Path, server: ViewerServer) -> Iterator[Replay]:
 
 
 def until(happened: Callable[[], bool]) -> None:
-    deadline = time.perf_counter() + 20.0
+    deadline = time.perf_counter() + 120.0
     while not happened():
         assert time.perf_counter() < deadline, "it did not happen"
         time.sleep(0.01)

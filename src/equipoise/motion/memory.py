@@ -20,7 +20,8 @@ TASKS = Arrays(
 # search is; how many searches there are, and how many the last tick used; how it went; whether a
 # task needs the velocity of the tick before, and whether the motion that it makes; whether any
 # task has another weight than 1; whether any has an ease
-NEEDS_COM, SEARCHES_FROM, SEARCHES, USED, STATUS, NEEDS_BEFORE, NEEDS_MOTION, WEIGHED, EASED = range(9)
+(NEEDS_COM, SEARCHES_FROM, SEARCHES, USED, STATUS, NEEDS_BEFORE, NEEDS_MOTION, WEIGHED,
+ EASED) = range(9)  # fmt: skip
 
 # entries of `clock`: the rate at which the time of the targets goes [1], that time [s], and what
 # the governor is told (see `motion.governor`): errors of frames [m, rad] and of the posture [rad]
@@ -42,14 +43,15 @@ def task_shapes(
     `window[i, 1]` [s]. `fades` [f, 3] and `weights` [f] belong to what fades, `fade_of` [rows] is
     the fade of a row or -1, `row_weight` [rows] its weight and `row_constant` [rows] whether A of
     it was written once, with its weight. `row_ease` [rows] is the ease of a row [1/s] or infinite,
-    `row_slope` how its bound falls over the distance [1/s], `row_cap` where that ends. `shares` [f + 1] are those of the parts of a
-    blend, `thresholds` the least weight with which something counts in them.
+    `row_slope` how its bound falls over the distance [1/s], `row_cap` where that ends. `shares`
+    [f + 1] are those of the parts of a blend, `thresholds` the least weight with which something
+    counts in them.
     """
     k, c, f = max(tasks, 1), max(contacts, 1), max(fades, 1)
     return TASKS.shapes(
         rates=k, numbers=max(numbers, 1), contact_rate=c, window=(c, 2), fades=(f, 3), weights=f,
         shares=f + 1, thresholds=f + 1, blended=nv, v_ref=nv, row_weight=max(rows, 1), kind=k,
         frame=k, target=k, first=k + 1, at=k, pairs=k, contact_at=c, contact_held=c,
-        fade_of=max(rows, 1), row_constant=max(rows, 1), flags=9, clock=CLOCK_SIZE, row_ease=max(rows, 1),
-        row_slope=max(rows, 1), row_cap=max(rows, 1),
+        fade_of=max(rows, 1), row_constant=max(rows, 1), flags=9, clock=CLOCK_SIZE,
+        row_ease=max(rows, 1), row_slope=max(rows, 1), row_cap=max(rows, 1),
     )  # fmt: skip

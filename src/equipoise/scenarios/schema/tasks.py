@@ -15,8 +15,8 @@ class TaskBase(Section):
 
     `window` [start, end]: the task counts between these times only, and fades in after the start
     and out before the end over `ramp` each; 0 switches it. From start 0 on it counts fully.
-    `weight`: how much its shortfall counts beside others of its priority. `ease` [1/s]: how fast its
-    rows let a velocity change, so that the reference has no kinks; left out, at once.
+    `weight`: how much its shortfall counts beside others of its priority. `ease` [1/s]: how fast
+    its rows let a velocity change, so that the reference has no kinks; left out, at once.
     """
 
     priority: Annotated[int, Field(ge=1, le=20)]

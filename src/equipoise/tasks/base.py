@@ -233,9 +233,7 @@ def describe_rows(
 
 
 def _slower(words: RowDescription, share: float) -> RowDescription:
-    return replace(
-        words, rate_above=share * words.rate_above, rate_below=share * words.rate_below
-    )
+    return replace(words, rate_above=share * words.rate_above, rate_below=share * words.rate_below)
 
 
 def by_component(task: KernelTask, block: Block) -> tuple[RowDescription, ...]:

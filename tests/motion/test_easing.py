@@ -216,7 +216,7 @@ def test_an_eased_posture_is_left_over_by_what_it_lacks(hrp2):
     frozen = JointLimitsTask("limits", hrp2, frozen=[hrp2.joint_names[5]])
     posture = PostureTask("posture", hrp2, goal, rate=2.0).easing(5.0)
     step = motion_of(hrp2, [[frozen], [posture]], dt).step(0.0)
-    words = describe_rows([frozen, posture], step.hierarchy, dt)
+    words = describe_rows([frozen, posture], step.hierarchy, step.kin, dt)
     amount, unit = explain(step.hierarchy, step.v_ref, words).of("posture").amounts[0]
     assert (amount, unit) == (pytest.approx(0.2), "rad")
 

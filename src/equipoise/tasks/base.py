@@ -209,31 +209,41 @@ class AimedTask(KernelTask):
 
 
 def describe_rows(
-    tasks: Sequence[Task], hierarchy: Hierarchy, period: float = math.inf
+    tasks: Sequence[Task],
+    hierarchy: Hierarchy,
+    kin: Kinematics | None = None,
+    period: float = math.inf,
 ) -> tuple[RowDescription, ...]:
     """Return what a person calls every row [m] of a hierarchy that these tasks were asked for.
 
-    `period` [s] is that of the ticks, by which wishes with an ease are less in a hierarchy.
+    What has an ease needs the state `kin` of the tick, for a bound on speed to be told from one on
+    a position, and the `period` of the ticks [s], by which a wish is less.
     """
     by_name = {task.name: task for task in tasks}
     described: list[RowDescription] = []
     for block in hierarchy.blocks:
         task = by_name.get(block.name)
         plain = (RowDescription.both(f"{block.name}/{label}", block.unit) for label in block.labels)
-        words = tuple(plain) if task is None else task.describe(block, hierarchy)
-        if task is not None and task.ease * period < 1.0:
-            equal = hierarchy.lower[block.rows] == hierarchy.upper[block.rows]
-            words = tuple(
-                _slower(one, task.ease * period) if same else one
-                for one, same in zip(words, equal, strict=True)
-            )
+        if task is None:
+            words = tuple(plain)
+        elif kin is not None and math.isfinite(task.ease):
+            words = _describe_eased(task, kin, min(task.ease * period, 1.0))
+        else:
+            words = task.describe(block, hierarchy)
         weight = 1.0 if task is None else task.weight
         described += [replace(one, weight=weight) for one in words] if weight != 1.0 else words
     return tuple(described)
 
 
-def _slower(words: RowDescription, share: float) -> RowDescription:
-    return replace(words, rate_above=share * words.rate_above, rate_below=share * words.rate_below)
+def _describe_eased(task: Task, kin: Kinematics, share: float) -> tuple[RowDescription, ...]:
+    """Return the words of a task's rows of first order; its wishes are less by a share."""
+    first = Hierarchy.stack([[task.rows(kin, kin.t)]], kin.robot.nv)
+    words = []
+    for k, one in enumerate(task.describe(first.blocks[0], first)):
+        less = share if first.lower[k] == first.upper[k] else 1.0
+        rates = {"rate_above": less * one.rate_above, "rate_below": less * one.rate_below}
+        words.append(replace(one, **rates))
+    return tuple(words)
 
 
 def by_component(task: KernelTask, block: Block) -> tuple[RowDescription, ...]:

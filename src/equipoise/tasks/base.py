@@ -241,8 +241,8 @@ def _describe_eased(task: Task, kin: Kinematics, share: float) -> tuple[RowDescr
     words = []
     for k, one in enumerate(task.describe(first.blocks[0], first)):
         less = share if first.lower[k] == first.upper[k] else 1.0
-        rates = {"rate_above": less * one.rate_above, "rate_below": less * one.rate_below}
-        words.append(replace(one, **rates))
+        above, below = less * one.rate_above, less * one.rate_below
+        words.append(replace(one, rate_above=above, rate_below=below))
     return tuple(words)
 
 

@@ -95,7 +95,12 @@ def rebuild_tick(run_path: Path | str, t: float) -> RebuiltTick:
             remedy="Explain the run with the version of Equipoise, and the robot, that made it",
         )
     tasks = {task.name: task for level in levels for task in level}
-    row_names = describe_rows([*tasks.values()], hierarchy)
+    row_names = describe_rows(
+        [*tasks.values()],
+        hierarchy,
+        setup.robot.at(run["q_ref"][k], None, time),
+        scenario.control.period,
+    )
     weights = {name: fade.weight(time) for name, fade in fades.items()}
     fading_now = {name: w for name, w in weights.items() if 0.0 < w < 1.0}
     return RebuiltTick(

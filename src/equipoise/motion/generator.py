@@ -28,7 +28,7 @@ from equipoise.motion.kernels import (
     solve_motion,
     write_rows,
 )
-from equipoise.motion.memory import STATUS, USED
+from equipoise.motion.memory import STATUS, TICK, USED
 from equipoise.motion.program import FIRST, MotionProgram
 from equipoise.robots import Robot
 from equipoise.spatial import Array
@@ -209,6 +209,7 @@ class MotionGenerator:
         self._blocks = (workspace.floats, workspace.integers, workspace.tables)
         self._state, self._tasks = workspace.parts["reference"], workspace.parts["tasks"]
         self._state.q[:] = q
+        self._tasks.clock[TICK] = self.dt
         self._memory = KinematicsMemory(self.robot, workspace, FIRST)
         self.one_call = isinstance(self.solver, ActiveSet) and not program.needs_python
         targets = program.targets

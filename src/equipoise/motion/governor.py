@@ -26,6 +26,7 @@ from equipoise.motion.memory import (
     POSTURE_STOP,
     RISE,
     TARGET,
+    TICK,
     TURN_FREE,
     TURN_STOP,
     WAY_FREE,
@@ -67,7 +68,7 @@ class Governor:
 
     def write(self, part: Part) -> None:
         """Write what the kernel needs into the part of the tasks."""
-        part.clock[GOVERNED:] = (
+        part.clock[GOVERNED:TICK] = (
             1.0, *self.way, *self.turn, *self.posture, 1.0 / self.fall, 1.0 / self.rise
         )  # fmt: skip
 

@@ -51,6 +51,7 @@ from equipoise.kinematics.kernels import (
     weigh,
 )
 from equipoise.kinematics.manifold import integrate
+from equipoise.motion.easing import ease_rows
 from equipoise.motion.memory import (
     AT,
     BLENDED,
@@ -59,6 +60,7 @@ from equipoise.motion.memory import (
     CONTACT_AT,
     CONTACT_HELD,
     CONTACT_RATE,
+    EASED,
     FADE_OF,
     FADES,
     FIRST,
@@ -204,6 +206,8 @@ def write_rows(m: MotionBlocks) -> None:
         task_rows(m, k, A, lower, upper)
     if integers(m.tasks, FLAGS)[WEIGHED]:
         weigh_rows(m, A, lower, upper)
+    if integers(m.tasks, FLAGS)[EASED]:
+        ease_rows(m.tasks, m.rows)
 
 
 @compiled

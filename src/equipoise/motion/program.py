@@ -22,6 +22,7 @@ from equipoise.kinematics.followers import moved_by
 from equipoise.kinematics.kernels import state_of
 from equipoise.motion.memory import (
     CLOCK_RATE,
+    EASED,
     NEEDS_BEFORE,
     NEEDS_COM,
     NEEDS_MOTION,
@@ -211,6 +212,7 @@ class MotionProgram:
             part.row_weight[kernel.rows] = kernel.task.weight
             part.row_constant[kernel.rows] = _is_constant(kernel.task)
         part.flags[WEIGHED] = bool((part.row_weight != 1.0).any())
+        self._fill_ease(part)
         part.fade_of[:] = -1
         for f, (name, fade) in enumerate(self.fades.items()):
             part.fades[f] = fade.numbers
@@ -219,6 +221,15 @@ class MotionProgram:
                     part.fade_of[placed.rows] = f
         if not self.fades:
             part.fades[:] = Fade().numbers
+
+    def _fill_ease(self, part: Part) -> None:
+        part.row_ease[:], part.row_slope[:], part.row_cap[:] = np.inf, 0.0, np.inf
+        for one in self.placed:
+            task = one.task
+            part.row_ease[one.rows], part.row_slope[one.rows] = task.ease, task.fastest_rate
+            if task.row_caps is not None:
+                part.row_cap[one.rows] = task.weight * task.row_caps
+        part.flags[EASED] = bool(np.isfinite(part.row_ease).any())
 
     def _fill_contacts(self, part: Part) -> None:
         part.contact_held[:] = 1

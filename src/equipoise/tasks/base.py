@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -29,11 +30,13 @@ class Task(ABC):
     """Produces rows `lower <= A v <= upper` for the velocity v of the robot.
 
     A task of your own in plain Python derives from this class; one with a kernel from
-    `KernelTask`. `weight` says how much its shortfall counts beside others of its level.
+    `KernelTask`. `weight` says how much its shortfall counts beside others of its level, `ease`
+    [1/s] how fast its bounds let a velocity change, infinite where they are of first order.
     """
 
     kind: ClassVar[int] = GIVEN
     weight: float = 1.0
+    ease: float = math.inf
 
     def __init__(self, name: str) -> None:
         require_kind("the name of a task", name, str)
@@ -56,6 +59,32 @@ class Task(ABC):
             )
         self.weight = weight
         return self
+
+    def easing(self, ease: float) -> Self:
+        """Return this task with rows of second order in the tick, so that v_ref gets no kinks.
+
+        What is left of a bound shrinks by `ease` [1/s] at most, and a velocity that is asked for
+        is come to with `ease`: see `motion.easing`. Say it before a controller is given the task.
+        What `rows` returns is as it was. Raises: `InputError`.
+        """
+        if self.needs_before:
+            raise InputError(
+                f"task {self.name!r} knows the velocity of the tick before by itself: it has no "
+                "ease",
+                given=ease,
+            )
+        self.ease = positive(f"the ease of task {self.name!r}", ease, "1/s")
+        return self
+
+    @property
+    def needs_before(self) -> bool:
+        """Whether its rows depend on the velocity of the tick before, whatever its ease."""
+        return False
+
+    @property
+    def row_caps(self) -> Array | None:
+        """Where its bounds end [of A v] (m,), as speed limits do; None if nowhere."""
+        return None
 
     @abstractmethod
     def rows(self, kin: Kinematics, t: float) -> Rows:
@@ -115,11 +144,6 @@ class KernelTask(Task):
     def numbers(self) -> Array:
         """What else the kernel needs (k,)."""
         return np.zeros(0)
-
-    @property
-    def needs_before(self) -> bool:
-        """Whether its rows depend on the velocity of the tick before."""
-        return False
 
     @property
     def frames(self) -> tuple[str | int, ...]:
@@ -184,17 +208,42 @@ class AimedTask(KernelTask):
         live.set(pose, twist)
 
 
-def describe_rows(tasks: Sequence[Task], hierarchy: Hierarchy) -> tuple[RowDescription, ...]:
-    """Return what a person calls every row [m] of a hierarchy that these tasks were asked for."""
+def describe_rows(
+    tasks: Sequence[Task],
+    hierarchy: Hierarchy,
+    kin: Kinematics | None = None,
+    period: float = math.inf,
+) -> tuple[RowDescription, ...]:
+    """Return what a person calls every row [m] of a hierarchy that these tasks were asked for.
+
+    What has an ease needs the state `kin` of the tick, for a bound on speed to be told from one on
+    a position, and the `period` of the ticks [s], by which a wish is less.
+    """
     by_name = {task.name: task for task in tasks}
     described: list[RowDescription] = []
     for block in hierarchy.blocks:
         task = by_name.get(block.name)
         plain = (RowDescription.both(f"{block.name}/{label}", block.unit) for label in block.labels)
-        words = tuple(plain) if task is None else task.describe(block, hierarchy)
+        if task is None:
+            words = tuple(plain)
+        elif kin is not None and math.isfinite(task.ease):
+            words = _describe_eased(task, kin, min(task.ease * period, 1.0))
+        else:
+            words = task.describe(block, hierarchy)
         weight = 1.0 if task is None else task.weight
         described += [replace(one, weight=weight) for one in words] if weight != 1.0 else words
     return tuple(described)
+
+
+def _describe_eased(task: Task, kin: Kinematics, share: float) -> tuple[RowDescription, ...]:
+    """Return the words of a task's rows of first order; its wishes are less by a share."""
+    first = Hierarchy.stack([[task.rows(kin, kin.t)]], kin.robot.nv)
+    words = []
+    for k, one in enumerate(task.describe(first.blocks[0], first)):
+        less = share if first.lower[k] == first.upper[k] else 1.0
+        above, below = less * one.rate_above, less * one.rate_below
+        words.append(replace(one, rate_above=above, rate_below=below))
+    return tuple(words)
 
 
 def by_component(task: KernelTask, block: Block) -> tuple[RowDescription, ...]:

@@ -47,6 +47,14 @@ class ContactTask(Task):
             remedy="Give it a level of its own, the highest",
         )
 
+    def easing(self, ease: float) -> Self:
+        """Refuse: contacts hold or do not. Raises: `InputError`."""
+        raise InputError(
+            f"contacts hold or do not: task {self.name!r} has no ease",
+            given=ease,
+            remedy="Ease what stands below it",
+        )
+
     @property
     def labels(self) -> tuple[str, ...]:
         """Contact and row, of every contact that ever holds."""

@@ -69,6 +69,11 @@ class JointLimitsTask(JointBoundsTask):
         self.v_share[[robot.joint_index(joint) for joint in still]] = 0.0
 
     @property
+    def row_caps(self) -> Array:
+        """The speeds (na,)."""
+        return self.v_share
+
+    @property
     def numbers(self) -> Array:
         """Lower and upper positions, and the speeds, of all joints."""
         return np.concatenate((self.q_low, self.q_high, self.v_share))

@@ -8,6 +8,7 @@ from equipoise.analysis.metrics import (
     forces,
     limits,
     objects,
+    smoothness,
     tasks,
     tracking,
     walking,
@@ -17,7 +18,7 @@ from equipoise.analysis.run_context import RunContext
 
 METRICS: dict[str, Metric] = {
     metric.name: metric
-    for family in (ending, tracking, tasks, forces, limits, balance, objects, walking)
+    for family in (ending, tracking, tasks, forces, limits, balance, objects, walking, smoothness)
     for metric in family.METRICS
 }
 # names of version 0.1 that scenario files may still use

@@ -15,7 +15,8 @@ class TaskBase(Section):
 
     `window` [start, end]: the task counts between these times only, and fades in after the start
     and out before the end over `ramp` each; 0 switches it. From start 0 on it counts fully.
-    `weight`: how much its shortfall counts beside others of its priority.
+    `weight`: how much its shortfall counts beside others of its priority. `ease` [1/s]: how fast
+    its rows let a velocity change, so that the reference has no kinks; left out, at once.
     """
 
     priority: Annotated[int, Field(ge=1, le=20)]
@@ -23,6 +24,7 @@ class TaskBase(Section):
     window: Annotated[list[NotNegative], Field(min_length=2, max_length=2)] | None = None
     ramp: NotNegative = 0.3
     weight: Annotated[float, Field(ge=1e-3, le=1e3)] = 1.0
+    ease: Positive | None = None
 
     @model_validator(mode="after")
     def _ramps_fit(self) -> TaskBase:

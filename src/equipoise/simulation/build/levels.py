@@ -71,7 +71,10 @@ def build_levels(
 
     Where the robot walks, level 0 has the tasks of its feet in place of their contacts.
     """
-    tasks = {name: build_task(name, spec, scenario, setup) for name, spec in _enabled(scenario)}
+    tasks = {
+        name: _eased(build_task(name, spec, scenario, setup), spec)
+        for name, spec in _enabled(scenario)
+    }
     contacts = contact_tasks(scenario, setup, supports=walk is None)
     if walk is None:
         return _by_priority(scenario, contacts, tasks)
@@ -142,6 +145,16 @@ def _by_priority(
 def build_task(name: str, spec: Any, scenario: schema.Scenario, setup: Setup) -> Task:
     """Return the task of a section."""
     return _BUILDERS[type(spec)](name, spec, scenario, setup).weighing(spec.weight)
+
+
+def _eased(task: Task, spec: schema.TaskBase) -> Task:
+    """Return a task of a run with its ease; on the way to the start nobody needs one."""
+    if spec.ease is None:
+        return task
+    try:
+        return task.easing(spec.ease)
+    except InputError as error:
+        raise at_path(error, f"tasks.{task.name}.ease") from None
 
 
 def _hold_frame(

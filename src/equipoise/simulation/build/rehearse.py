@@ -19,7 +19,7 @@ from equipoise.simulation.build.levels import build_levels
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.build.walk import WalkSetup, build_walk
 from equipoise.spatial import Array
-from equipoise.walking import Walker
+from equipoise.walking import SteeredWalk, Walker
 from equipoise.walking.feasible import step_name
 from equipoise.walking.feet import Stance
 
@@ -84,11 +84,14 @@ def _moments(
         setup.robot, levels, lambda: make_solver("active_set"), STEP, q_start, advise=False
     )
     walker, found = walk.walker(), []
-    end = min(walk.plan.end + SETTLES, scenario.duration)
+    steered = walk.steered(walker)
+    end = scenario.duration if steered else min(walk.plan.end + SETTLES, scenario.duration)
     last = "the start"
     for k in range(round(end / STEP)):
         t = k * STEP
-        _let_it_feel(walker, walk, t)
+        if steered is not None:
+            steered.stick = walk.sticks.at(t)
+        _let_it_feel(steered or walker, walker, walk, t)
         step = motion.step(t)
         if walker.swinging is not None:
             last = step_name(walker.swinging)
@@ -102,7 +105,7 @@ def _moments(
     return found
 
 
-def _let_it_feel(walker: Walker, walk: WalkSetup, t: float) -> None:
+def _let_it_feel(leads: Walker | SteeredWalk, walker: Walker, walk: WalkSetup, t: float) -> None:
     """Advance the walker over ground that is where it was planned."""
     soles = walk.targets.soles
     loads = [0.5 * walk.weight, 0.5 * walk.weight]
@@ -110,7 +113,7 @@ def _let_it_feel(walker: Walker, walk: WalkSetup, t: float) -> None:
     if step is not None:
         loads[step.foot] = walk.weight if walker.clock.t >= step.land - 1e-9 else 0.0
     here = tuple(led.at(t).T_world_target for led in soles)
-    walker.advance(t, STEP, loads, lambda: (here[0], here[1]))
+    leads.advance(t, STEP, loads, lambda: (here[0], here[1]))
 
 
 def _least_room(setup: Setup, walk: WalkSetup, moments: list[Moment]) -> tuple[float, Moment]:

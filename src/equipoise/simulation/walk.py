@@ -13,7 +13,7 @@ from equipoise.robots import Robot
 from equipoise.runlog import Channel, TickRecord
 from equipoise.simulation.build.walk import WalkSetup
 from equipoise.simulation.led_log import led_channels, write_led
-from equipoise.simulation.lost_feet import NOT_THERE, LostFeet
+from equipoise.simulation.lost_feet import LostFeet
 from equipoise.simulation.sensors import Reading
 from equipoise.spatial import Array
 from equipoise.walking import BalanceFeedback, Clip, Leaning, PlannedStep, Stick, WalkEvent
@@ -80,10 +80,11 @@ class WalkDriver:
         loads = [float(reading.lam[row]) for row in self._rows]
         self._leads.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
         self._air = walker.swinging or self._air
-        phases = self.phases.update(t, self._planned(), self._wrenches(reading))
+        self.phases.update(t, self._planned(), self._wrenches(reading))
+        missing = self.phases.missing
         supervisor = self.controller.supervisor
         if supervisor.mode in (Mode.RUN, Mode.DEGRADED):
-            cause = self.lost.update(t, phases, reading)
+            cause = self.lost.update(t, missing, reading)
             if cause:
                 supervisor.give_up(t, cause)
         if self._leaning is not None:
@@ -94,7 +95,7 @@ class WalkDriver:
         if carry == self._carry:
             return
         self._carry = carry
-        fell = any(phases[walk.contacts[foot]] in NOT_THERE for foot in (0, 1) if foot not in carry)
+        fell = any(walk.contacts[foot] in missing for foot in (0, 1) if foot not in carry)
         names = [walk.contacts[foot] for foot in carry]
         anchors = {walk.contacts[foot]: walker.stance[foot] for foot in carry}
         self.controller.switch(names, "energy" if fell else "torque", anchors=anchors)

@@ -125,6 +125,11 @@ class StickSchedule:
                     given=[one, other],
                 )
 
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """When it is moved [s]."""
+        return tuple(self._times)
+
     def at(self, t: float) -> Stick:
         """Return the stick of time `t` [s]."""
         return self._sticks[bisect_right(self._times, t)]

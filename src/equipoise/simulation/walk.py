@@ -75,7 +75,7 @@ class WalkDriver:
         if walk.spec.stop is not None and self._seen < walk.spec.stop <= t:
             self.stop()
         self._seen = t
-        if self.steered is not None and not self._stops:
+        if self.steered is not None and not self._stops and self._sticks.moments:
             self.steered.stick = self._sticks.at(t)
         loads = [float(reading.lam[row]) for row in self._rows]
         self._leads.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
@@ -109,6 +109,11 @@ class WalkDriver:
             self.walker.stop()
         else:
             self.steered.stick = Stick()
+
+    def steer(self, stick: Stick) -> None:
+        """Walk as this stick says from now on; only of a walk that is steered, by no schedule."""
+        if self.steered is not None and not self._stops:
+            self.steered.stick = stick
 
     def _planned(self) -> list[str]:
         """Return the feet that are to carry by the plan, wherever the ground turned out to be."""

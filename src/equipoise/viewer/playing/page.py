@@ -38,7 +38,7 @@ ABOUT = (
     "What stops a hand is red, and said below. "
 )
 FEET = "Drag a foot: the weight goes over the other feet first. Drag it to the floor to step. "
-WALK = "Hold the stick, and it walks: hands and arms stay as they are meanwhile. "
+WALK = "Hold the stick, and it walks; its arms stay as they are meanwhile. "
 FEET_STAY = "Feet have no handles: {}. "
 REFERENCE_ONLY = "*What moves is the reference: no torque law and no engine runs here.*"
 WITH_LAW = "*The torque law moves a simulated robot, in the engine {engine}.*"
@@ -173,9 +173,10 @@ class Play:
             + self._about_walking()
             + (WITH_LAW.format(engine=engine) if live else REFERENCE_ONLY)
         )
-        gui.add_markdown(f"**{in_markdown(session.robot.name)}**\n\n{about}")
+        gui.add_markdown(f"**{in_markdown(session.robot.name)}**")
         if isinstance(session, WalkingSession) and session.fastest is not None:
             self.stick = StickPanel(self._server, session)
+        gui.add_markdown(about)
         order = gui.add_dropdown("Order", tuple(self.orders), initial_value=next(iter(self.orders)))
         order.on_update(lambda event: self._reorder(str(event.target.value)))
         back = gui.add_button("Handles back to the start")

@@ -202,7 +202,14 @@ def test_a_stick_is_checked():
     with pytest.raises(InputError, match="after the one before"):
         StickSchedule([(1.0, Stick()), (1.0, Stick(0.1))])
     schedule = StickSchedule([(1.0, Stick(0.1)), (2.0, Stick())])
-    assert [schedule.at(t).forward for t in (0.0, 0.999, 1.0, 1.9, 2.0, 9.0)] == [0, 0, 0.1, 0.1, 0, 0]
+    assert [schedule.at(t).forward for t in (0.0, 0.999, 1.0, 1.9, 2.0, 9.0)] == [
+        0,
+        0,
+        0.1,
+        0.1,
+        0,
+        0,
+    ]
     with pytest.raises(InputError, match="stick"):
         steered_of().stick = 0.3
     with pytest.raises(InputError, match="who walks"):

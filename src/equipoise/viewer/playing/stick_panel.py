@@ -109,7 +109,8 @@ def pad_as_html(session: WalkingSession) -> str:
     )
     return (
         f'{STYLE}<div id="equipoise-stick" {most}>'
-        f'<div data-part="pad" tabindex="0" role="application" aria-label="{PAD}"><span></span></div>'
+        f'<div data-part="pad" tabindex="0" role="application" aria-label="{PAD}">'
+        "<span></span></div>"
         f'<div data-part="strip" tabindex="0" role="application" aria-label="{STRIP}">'
         f"<span></span></div><p>{HINT}</p></div>"
     )

@@ -153,7 +153,7 @@ class Stroll:
             led.write(T, np.r_[np.zeros(3), value(derivative(turn), s)])
 
     def _posture(self, kin: Kinematics) -> Array:
-        """Return the joints (na,) that it comes back to: legs of half-sitting, the rest as it is."""
+        """Return the joints (na,) that it comes back to: half-sitting legs, all else as it is."""
         base = self.robot.nq_base
         q = np.array(kin.q)[base:].copy()
         for sole in self.walk.planner.feet.soles:

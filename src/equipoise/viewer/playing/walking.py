@@ -29,7 +29,8 @@ class WalkingSession(LiveSession):
     """
 
     def __init__(self, robot: Robot, physics: Physics = "rigid") -> None:
-        self._stick, self._stroll = Stick(), None
+        self._stick = Stick()
+        self._stroll: Stroll | None = None
         self._spec: schema.WalkSpec | None = None
         self.why_it_stands = ""
         super().__init__(robot, physics)

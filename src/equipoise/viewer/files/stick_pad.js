@@ -107,10 +107,14 @@
     update();
   }
 
+  // At once: a page that goes away may never come to what was put off.
   function letGo() {
     held.clear();
     dragged.clear();
     update();
+    if (!timer) return;
+    clearTimeout(timer);
+    tell();
   }
 
   window.addEventListener("pointerdown", onDown, true);

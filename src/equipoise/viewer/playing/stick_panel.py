@@ -42,7 +42,7 @@ class StickPanel:
     def __init__(self, server: viser.ViserServer, session: WalkingSession) -> None:
         self.session = session
         self._holder: int | None = None  # the page that moved the stick last
-        self._refused = ""
+        self._refused, self._stale = "", False  # the box says what nobody holds any more
         gui = server.gui
         with gui.add_folder("Walk"):
             gui.add_html(pad_as_html(session))
@@ -61,6 +61,9 @@ class StickPanel:
 
     def show(self) -> None:
         """Say what the walk does."""
+        if self._stale:
+            self._stale = False
+            write(self._box, NOTHING)
         words = self._words()
         if words != self._said.content:
             self._said.content = words
@@ -77,7 +80,7 @@ class StickPanel:
     def _left(self, client: viser.ClientHandle) -> None:
         """Let the stick go with the page that held it."""
         if client.client_id == self._holder:
-            self.release()
+            self.session.stick, self._stale = Stick(), True
 
     def _words(self) -> str:
         said = self.session.walk_in_words or "It stands; hold the stick, and it walks."

@@ -310,9 +310,13 @@ def test_a_stick_is_held_by_mouse_touch_and_keys_and_lets_go_by_itself(browser: 
         until(lambda: says(Stick(0.5 * fastest.forward)), 20.0)
         ActionChains(browser).release().perform()
         until(lambda: says(Stick()), 20.0)
-        keys = (("w", Stick(fastest.forward)), ("d", Stick(turn=-fastest.turn)),
-                (Keys.ARROW_LEFT, Stick(turn=fastest.turn)), ("q", Stick(left=fastest.left)))  # fmt: skip
-        for key, wanted in keys:  # the click gave the pad the focus
+        keys = {
+            "w": Stick(fastest.forward),
+            "d": Stick(turn=-fastest.turn),
+            Keys.ARROW_LEFT: Stick(turn=fastest.turn),
+            "q": Stick(left=fastest.left),
+        }
+        for key, wanted in keys.items():  # the click gave the pad the focus
             ActionChains(browser).key_down(key).perform()
             until(lambda wanted=wanted: says(wanted), 20.0)
             ActionChains(browser).key_up(key).perform()

@@ -8,17 +8,20 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.contacts import ContactStack, SoleContact
+from equipoise.hqp import make_solver
 from equipoise.kinematics import Kinematics
+from equipoise.motion import MotionGenerator
 from equipoise.robots import Robot
 from equipoise.robots.measures import measure
 from equipoise.robots.registry import get_robot
 from equipoise.scenarios import read_scenario, schema
+from equipoise.simulation.build.rehearse import STEP, least_room, moments_of
 from equipoise.simulation.build.walk import WalkSetup, make_walk
 from equipoise.simulation.sensors import Reading
 from equipoise.simulation.walk import Ground, WalkDriver
 from equipoise.spatial import Array
 from equipoise.tasks import JointLimitsTask, PostureTask, Task
-from equipoise.walking import SteeredWalk, Stick
+from equipoise.walking import SteeredWalk, Stick, StickSchedule
 from equipoise.walking.feet import Stance
 from equipoise.walking.pieces import derivative, move, value
 from equipoise.wbc import WholeBodyController
@@ -143,6 +146,27 @@ class Stroll:
         driver.before_tick(t, reading)
         stands = driver.walker.stands and not stick.held
         self._rested = self._rested + self._controller.dt if stands else 0.0
+
+    def rehearse(self, q: Array, fastest: Stick) -> tuple[float, float]:
+        """Walk forwards, round a bend and sideways in mind, from the reference `q` (nq,).
+
+        Returns how far [m] a foot or the centre of mass would be behind, and how far [m] inside its
+        soles the zero-moment point of the whole robot would stay. Nothing else may be done with
+        this stroll.
+        """
+        motion = MotionGenerator(
+            self.robot, self.levels(), lambda: make_solver("active_set"), STEP, q, advise=False
+        )
+        for k in range(round(self._duration / STEP)):
+            self._approach(k * STEP)
+            motion.step(0.0)
+        period = self.walk.planner.period
+        ways = (Stick(fastest.forward), Stick(turn=fastest.turn), Stick(left=-fastest.left))
+        moments = [(2.0 * k * period, way) for k, way in enumerate(ways)]
+        end = self.walk.planner.settings.timing.shift + 2.0 * (len(ways) + 1) * period
+        found = moments_of(motion, self.walk, end, StickSchedule(moments))
+        room, _ = least_room(self.robot, self.walk, found)
+        return max(one.behind for one in found), room
 
     def _approach(self, s: float) -> None:
         """Lead centre of mass and trunk to where a walk begins, `s` [s] after they left."""

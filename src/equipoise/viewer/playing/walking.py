@@ -8,6 +8,7 @@ from equipoise.contacts import SoleContact
 from equipoise.errors import EquipoiseError
 from equipoise.robots import Robot
 from equipoise.scenarios import schema
+from equipoise.simulation.build.rehearse import FAR
 from equipoise.simulation.sensors import Reading
 from equipoise.spatial import Array
 from equipoise.viewer.playing.foot_places import moved, place_of
@@ -17,6 +18,10 @@ from equipoise.viewer.playing.plant import Physics
 from equipoise.viewer.playing.stroll import Stroll, walk_spec
 from equipoise.walking import Stick
 from equipoise.wbc import WholeBodyController
+
+TOLD = 0.1  # [s] in which a page says what is done before it is done
+HALVES = 4  # tries of steps that are shorter by half each
+FALLS = 0.03  # [m] outside its soles, from which on a zero-moment point is told
 
 
 class WalkingSession(LiveSession):
@@ -32,7 +37,9 @@ class WalkingSession(LiveSession):
         self._stick = Stick()
         self._stroll: Stroll | None = None
         self._spec: schema.WalkSpec | None = None
-        self.why_it_stands = ""
+        self.why_it_stands, self._doubt = "", ""
+        self._rehearsed = False
+        self._tries_at = np.inf  # [s] when the walk is rehearsed, behind what the page says of it
         super().__init__(robot, physics)
         self.fastest = self._find_fastest()
 
@@ -56,14 +63,16 @@ class WalkingSession(LiveSession):
         """What the walk does; nothing of a robot that stands."""
         with self._lock:
             if self._stroll is not None:
-                return self._stroll.sentence
+                return f"{self._stroll.sentence} {self._doubt}".strip()
+            if np.isfinite(self._tries_at) and not self._rehearsed:
+                return "It tries the walk in its mind, which takes a few seconds, once."
             foot = self.footing
             waits = self._stick.held and foot is not None and foot.phase is not Phase.STANDS
             return "It walks once both feet stand." if waits else ""
 
     def restart(self) -> None:
         with self._lock:
-            self._stick, self._stroll = Stick(), None
+            self._stick, self._stroll, self._tries_at = Stick(), None, np.inf
             super().restart()
 
     def _find_fastest(self) -> Stick | None:
@@ -96,9 +105,34 @@ class WalkingSession(LiveSession):
             return
         stands = foot is not None and foot.phase is Phase.STANDS
         if self.fastest is not None and self._stick.held and stands:
-            self._set_off()
-            return
+            if self._rehearsed:
+                self._set_off()
+                return
+            self._tries_at = min(self._tries_at, self.t + TOLD)
+            if self.t >= self._tries_at:
+                self._rehearse(self.fastest)
+        else:
+            self._tries_at = np.inf
         super()._lead_on(seconds)
+
+    def _rehearse(self, fastest: Stick) -> None:
+        """Find how long steps are that the legs reach, by halves; doubt what may fall."""
+        assert self._spec is not None
+        for _ in range(HALVES):
+            behind, room = self._make_stroll().rehearse(self._reference(), fastest)
+            if behind <= FAR:
+                break
+            stride = self._spec.stride
+            half = {name: 0.5 * value for name, value in stride.model_dump().items()}
+            stride = stride.model_copy(update=half)
+            self._spec = self._spec.model_copy(update={"stride": stride})
+            fastest = Stick(0.5 * fastest.forward, 0.5 * fastest.left, 0.5 * fastest.turn)
+        self._rehearsed = True
+        if room < -FALLS:
+            self._doubt = (
+                "It may fall: by its nominal masses its zero-moment point comes "
+                f"{-1e3 * room:.0f} mm outside its soles."
+            )
 
     def _set_off(self) -> None:
         """Hand over to the controller of a walk."""

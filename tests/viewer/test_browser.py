@@ -340,3 +340,39 @@ def test_a_stick_is_held_by_mouse_touch_and_keys_and_lets_go_by_itself(browser: 
     finally:
         server.stop()
         browser.set_window_size(1200, 600)
+
+
+def test_on_a_phone_nothing_lies_over_the_robot(browser: Any, shots: Path) -> None:
+    """The controls are a sheet over the whole width; folded, the picture gets its place."""
+    server = ViewerServer(port=0)
+    Play(WalkingSession(get_robot("hrp2"), "rigid"), server)
+    phone = {"width": 390, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", phone)
+
+    def frames() -> dict[str, list[float]]:
+        return browser.execute_script(
+            "return Object.fromEntries([...document.querySelectorAll('[data-equipoise]')].map("
+            "(one) => { const r = one.getBoundingClientRect();"
+            "return [one.dataset.equipoise, [r.left, r.right, r.top, r.bottom]]; }))"
+        )
+
+    def beside() -> bool:
+        found = frames()
+        if len(found) < 2 or not found["sheet"][3]:
+            return False
+        sheet, image = found["sheet"], found["picture"]
+        return abs(image[3] - sheet[2]) < 2.0 and sheet[:2] == image[:2] == [0.0, 390.0]
+
+    try:
+        browser.get(server.url)
+        wait_for_robot(browser)
+        until(lambda: browser.find_elements(By.CSS_SELECTOR, "[data-part]"))
+        until(beside, 30.0)
+        before = frames()["picture"][3]
+        assert 0.45 * 800 <= before < 0.8 * 800
+        picture(browser, shots / "play_390.png")
+        browser.find_element(By.XPATH, "//*[text()='Equipoise']").click()
+        until(lambda: beside() and frames()["picture"][3] > 0.8 * 800, 30.0)
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        server.stop()

@@ -104,7 +104,7 @@ def _cut(name: str, positive: bool, share: float, limits: StrideLimits) -> str:
     else:
         most, unit = limits.forward, "m"
         what = f"{'forwards' if positive else 'backwards'} is what the legs reach"
-    return f"step clipped: {most:.3g} {unit} {what}, {share * most:.2g} {unit} is wanted"
+    return f"step clipped: {most:.3g} {unit} {what}, {share * most:.3g} {unit} is wanted"
 
 
 class StickSchedule:

@@ -113,6 +113,12 @@ SIDE = ["walk.along={count: 4, left: 0.02}"]
 TURNING = ["walk.along={count: 6, forward: 0.1, turn: 0.1}", "duration=10.5"]
 TWELVE = ["walk.along.count=12", "duration=17.5"]
 FAST = ["walk.timing={single: 0.4, double: 0.15}", "walk.swing.height=0.03", "duration=6"]
+STEERED_FAST = [
+    *FAST[:2],
+    "duration=11",
+    "walk.steer=[{at: 0.1, forward: 0.3}, "
+    "{at: 4.0, forward: 0.15, turn: 0.15}, {at: 6.0, left: -0.02}, {at: 8.0}]",
+]
 NOISE = ["sensors.force.noise=2.0", "sensors.joint_velocity.noise=0.05"]
 
 
@@ -128,6 +134,9 @@ def cases() -> dict[str, Case]:
             f"0.4/0.15 s{end}": Case("walk", FAST, engine=engine),
         }
     found |= {
+        "steered": Case("steered_walk"),
+        "steered, rigid": Case("steered_walk", engine="rigid"),
+        "steered, 0.4/0.15 s": Case("steered_walk", STEERED_FAST),
         "side steps": Case("walk", SIDE),
         "turning": Case("walk", TURNING),
         "stairs": Case("walk", stairs),

@@ -108,7 +108,7 @@ def test_the_load_is_what_presses(hrp2, soles):
 def test_thresholds_that_cross_are_refused():
     with pytest.raises(InputError, match="smaller load"):
         PhaseSettings(touch=3.0, release=5.0)
-    assert PhaseSettings.for_weight(1000.0) == PhaseSettings(30.0, 5.0)
+    assert PhaseSettings.for_weight(1000.0) == PhaseSettings(30.0, 5.0, loaded=100.0, steady=0.04)
 
 
 def test_what_is_newly_planned_may_take_its_time(soles):
@@ -145,3 +145,35 @@ def test_phases_continue_from_a_saved_state_in_the_middle_of_waiting(soles):
             tick * DT, [left, right], lam
         )
     assert other.phases[right] is Phase.LATE
+
+
+def test_what_has_touched_and_was_never_loaded_is_not_lost(soles):
+    """A foot that bounces has a load that is large or lasts; loaded is what is both."""
+    left, right = (one.name for one in soles)
+    settings = PhaseSettings(15.0, 3.0, 2 * DT, loaded=50.0, steady=10 * DT)
+
+    def last(story, planned=(left,)):
+        phases = ContactPhases(soles, planned, settings)
+        return phases, run(phases, soles, story)[-1]
+
+    bounce, rest = [(True, 300.0)] * 8, [(True, 0.0)] * 5
+    for touched in (bounce, [(True, 40.0)] * 30, [*bounce, *rest, *bounce]):
+        phases, phase = last([(False, 0.0), *touched, *rest])
+        assert phase is Phase.TOUCHED
+        assert phases.missing == (right,)
+    # a load that comes and goes does not add up, one that stays does
+    dips = [*[(True, 300.0)] * 8, (True, 49.0), *[(True, 300.0)] * 8]
+    assert last([(False, 0.0), *dips, *rest])[1] is Phase.TOUCHED
+    phases, phase = last([(False, 0.0), *[(True, 60.0)] * 14, *rest])
+    assert phase is Phase.LOST
+    assert phases.missing == (right,)
+    # once loaded it stays so until it is planned to be in the air
+    assert last([(False, 0.0), *[(True, 60.0)] * 14, (True, 20.0), *rest])[1] is Phase.LOST
+    assert last([*[(True, 60.0)] * 14, *[(False, 0.0)] * 5, *rest], (left, right))[1] is Phase.LATE
+    # what bounced while it was planned to be in the air has not touched
+    assert last([*[(False, 300.0)] * 5, *[(False, 0.0)] * 5, *rest])[1] is Phase.LATE
+    phases, phase = last([(False, 0.0), *bounce])
+    assert phase is Phase.HELD
+    assert not phases.missing
+    with pytest.raises(InputError, match="loaded"):
+        PhaseSettings(15.0, 3.0, loaded=10.0)

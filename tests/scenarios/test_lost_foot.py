@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from equipoise.contacts import Phase
 from equipoise.control.supervisor import Mode
 from equipoise.errors import ScenarioError
 from equipoise.robots import get_robot
@@ -99,8 +98,7 @@ def test_a_foot_that_does_not_come_back_is_told_when_nothing_else_holds(hrp2):
         q = hrp2.q_half_sitting.copy()
         q[1] += shift
         reading = Reading(q, np.zeros(hrp2.nv), np.zeros(12))
-        phases = {"left": Phase.HELD, "right": Phase.LOST}
-        told = [lost.update(1e-3 * k, phases, reading) for k in range(200)]
+        told = [lost.update(1e-3 * k, ("right",), reading) for k in range(200)]
         assert not any(told[:150])
         assert (told[-1] == "") is held
     assert asked == [(0.012, RIGHT)] * 2

@@ -84,7 +84,7 @@ def test_who_leans_into_a_push_presses_where_it_was_planned():
     assert behind[1] - behind[0] == pytest.approx(lever, rel=0.15)
     codes, carries = leans["walk/phase"], leans["walk/carries"]
     assert (codes[carries == 0.0] == Phase.FREE.code).mean() > 0.9
-    assert np.isin(codes[carries == 1.0], [Phase.HELD.code, Phase.LOST.code]).all()
+    assert np.isin(codes[carries == 1.0], [Phase.HELD.code, Phase.TOUCHED.code]).all()
 
 
 def test_what_is_carried_needs_a_walk():

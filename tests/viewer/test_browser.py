@@ -30,6 +30,7 @@ from browser import (
     until,
     wait_for_robot,
 )
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
@@ -38,8 +39,10 @@ from equipoise.robots import get_robot
 from equipoise.viewer.longlog import LongLog
 from equipoise.viewer.playing.live import LiveSession
 from equipoise.viewer.playing.page import Play
+from equipoise.viewer.playing.walking import WalkingSession
 from equipoise.viewer.replay import Replay
 from equipoise.viewer.server import ViewerServer
+from equipoise.walking import Stick
 
 SMOOTHED = """
 return [...document.querySelectorAll("canvas")].map((canvas) => canvas.getContext("webgl2"))
@@ -280,3 +283,96 @@ def test_a_robot_is_played_with(browser: Any, shots: Path) -> None:
         play.stop()
         server.stop()
         browser.set_window_size(1200, 600)
+
+
+def test_a_stick_is_held_by_mouse_touch_and_keys_and_lets_go_by_itself(browser: Any) -> None:
+    """Dragged and typed it says how fast; where the focus goes, so does what is held."""
+    server = ViewerServer(port=0)
+    session = WalkingSession(get_robot("hrp2"), "rigid")  # it is not run: what is asked counts
+    Play(session, server)
+    fastest = session.fastest
+    assert fastest is not None
+    try:
+        browser.set_window_size(900, 900)
+        browser.get(server.url)
+        pad, strip = until(lambda: browser.find_elements(By.CSS_SELECTOR, "[data-part]"))
+        until(lambda: browser.find_elements(By.CSS_SELECTOR, "input.mantine-TextInput-input"))
+
+        def says(wanted: Stick) -> bool:
+            return all(
+                abs(getattr(session.stick, name) - getattr(wanted, name)) < 0.01 * abs(most) + 1e-3
+                for name, most in vars(fastest).items()
+            )
+
+        radius = pad.size["height"] / 2.0
+        held = ActionChains(browser).move_to_element(pad).click_and_hold()
+        held.move_by_offset(0, -round(0.5 * radius)).perform()
+        until(lambda: says(Stick(0.5 * fastest.forward)), 20.0)
+        ActionChains(browser).release().perform()
+        until(lambda: says(Stick()), 20.0)
+        keys = {
+            "w": Stick(fastest.forward),
+            "d": Stick(turn=-fastest.turn),
+            Keys.ARROW_LEFT: Stick(turn=fastest.turn),
+            "q": Stick(left=fastest.left),
+        }
+        for key, wanted in keys.items():  # the click gave the pad the focus
+            ActionChains(browser).key_down(key).perform()
+            until(lambda wanted=wanted: says(wanted), 20.0)
+            ActionChains(browser).key_up(key).perform()
+            until(lambda: says(Stick()), 20.0)
+        frame = strip.rect
+        at = {"x": frame["x"] + 0.75 * frame["width"], "y": frame["y"] + 0.5 * frame["height"]}
+        for kind, points, wanted in (("touchStart", [at], Stick(left=-0.5 * fastest.left)),
+                                     ("touchEnd", [], Stick())):  # fmt: skip
+            event = {"type": kind, "touchPoints": points}
+            browser.execute_cdp_cmd("Input.dispatchTouchEvent", event)
+            until(lambda wanted=wanted: says(wanted), 20.0)
+        ActionChains(browser).click(pad).key_down("w").perform()
+        until(lambda: says(Stick(fastest.forward)), 20.0)
+        browser.execute_script("document.activeElement.blur()")
+        until(lambda: says(Stick()), 20.0)
+        ActionChains(browser).key_up("w").perform()
+        ActionChains(browser).click(pad).key_down("w").perform()
+        until(lambda: says(Stick(fastest.forward)), 20.0)
+        browser.get("about:blank")  # the page goes, and the stick with it
+        until(lambda: says(Stick()), 20.0)
+    finally:
+        server.stop()
+        browser.set_window_size(1200, 600)
+
+
+def test_on_a_phone_nothing_lies_over_the_robot(browser: Any, shots: Path) -> None:
+    """The controls are a sheet over the whole width; folded, the picture gets its place."""
+    server = ViewerServer(port=0)
+    Play(WalkingSession(get_robot("hrp2"), "rigid"), server)
+    phone = {"width": 390, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", phone)
+
+    def frames() -> dict[str, list[float]]:
+        return browser.execute_script(
+            "return Object.fromEntries([...document.querySelectorAll('[data-equipoise]')].map("
+            "(one) => { const r = one.getBoundingClientRect();"
+            "return [one.dataset.equipoise, [r.left, r.right, r.top, r.bottom]]; }))"
+        )
+
+    def beside() -> bool:
+        found = frames()
+        if len(found) < 2 or not found["sheet"][3]:
+            return False
+        sheet, image = found["sheet"], found["picture"]
+        return abs(image[3] - sheet[2]) < 2.0 and sheet[:2] == image[:2] == [0.0, 390.0]
+
+    try:
+        browser.get(server.url)
+        wait_for_robot(browser)
+        until(lambda: browser.find_elements(By.CSS_SELECTOR, "[data-part]"))
+        until(beside, 30.0)
+        before = frames()["picture"][3]
+        assert 0.45 * 800 <= before < 0.8 * 800
+        picture(browser, shots / "play_390.png")
+        browser.find_element(By.XPATH, "//*[text()='Equipoise']").click()
+        until(lambda: beside() and frames()["picture"][3] > 0.8 * 800, 30.0)
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        server.stop()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.metadata import distributions
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,10 +14,13 @@ pytest.importorskip("viser", reason="needs the extra 'viewer': pip install -e '.
 
 from equipoise.errors import InputError, NameNotFoundError
 from equipoise.robots import Robot, get_robot
+from equipoise.simulation.build.rehearse import FAR
 from equipoise.viewer.playing.footing import NEAR
 from equipoise.viewer.playing.live import LiveSession
 from equipoise.viewer.playing.page import Play
+from equipoise.viewer.playing.walking import FALLS, WalkingSession
 from equipoise.viewer.server import ViewerServer
+from equipoise.walking import Stick
 from example_robots import load_example
 
 needs_mujoco = pytest.mark.skipif(find_spec("mujoco") is None, reason="needs the extra mujoco")
@@ -204,3 +208,113 @@ def test_the_page_pushes_loads_and_begins_anew(robot: Robot, server: ViewerServe
     panel.restart()
     assert play.session.t == 0.0
     assert not play.session.plant.loads
+
+
+def balance_of(session: WalkingSession) -> tuple[float, float]:
+    """Return how far [m] the base and [rad] the joints are from the reference."""
+    q_ref = session.controller.motion.q_ref
+    return float(np.linalg.norm((session.q - q_ref)[:3])), behind(session)
+
+
+@needs_mujoco
+def test_it_walks_while_the_stick_is_held_and_its_hands_can_be_dragged_again(robot: Robot) -> None:
+    """From a stand with a hand that was dragged; no torque jumps, and the feet end side by side."""
+    session = WalkingSession(robot, "mujoco")
+    hand = session.hands[0]
+    session.drag(hand, session.targets[hand] + [0.05, 0.02, 0.08])
+    session.run(0.8)
+    assert session.walk_in_words == ""
+    start, said, jump = session.q[0], [], None
+    fastest = session.fastest
+    assert fastest is not None
+    session.stick = Stick(fastest.forward, turn=0.5 * fastest.turn)
+    tau = session._command.tau.copy()
+    while session.t < 12.0 and (session.walks or session.stick.held):
+        if session.t > 4.9:
+            session.stick = Stick()
+        session.run(0.001 if not session.walks else 0.02)
+        if session.walks and jump is None:  # in the tick of the other controller
+            jump = np.abs(session._command.tau - tau).max()
+        tau = session._command.tau.copy()
+        said.append(session.walk_in_words)
+        assert not session.ended
+        base, joints = balance_of(session)
+        assert base < 2e-3
+        assert joints < 0.02
+    assert jump is not None
+    assert 0.0 < jump < 0.5
+    for words in ("gets ready", "It walks: the left foot swings", "It stops", "comes to rest"):
+        assert any(words in one for one in said), words
+    assert session.q[0] - start > 0.9 * fastest.forward * 1.2  # a step, and one that closes
+    assert session.off(hand) < 2e-3  # its target went along
+    middle = [session.footing.feet[name].T_world_anchor for name in session.feet]
+    assert abs(middle[0].actInv(middle[1]).translation[0]) < 2e-3
+    session.drag(hand, session.targets[hand] + [0.0, 0.0, -0.04])
+    session.run(1.6)
+    assert session.off(hand) < 3e-3
+
+
+def test_steps_are_as_long_as_the_legs_reach_and_what_may_fall_is_told(robot: Robot) -> None:
+    """Steps of 0.8 m are tried in mind, and halved; a body that would tip is said to."""
+    session = WalkingSession(robot, "rigid")
+    spec, period = session._spec, session._make_stroll().walk.planner.period
+    session._spec = spec.model_copy(
+        update={"stride": spec.stride.model_copy(update={"forward": 0.8})}
+    )
+    longest = Stick(0.8 / period, session.fastest.left, session.fastest.turn)
+    behind, _ = session._make_stroll().rehearse(session._reference(), longest)
+    assert behind > FAR
+    session.stick = longest
+    session.run(0.05)
+    assert "in its mind" in session.walk_in_words
+    session._rehearse(longest)
+    found = session._spec.stride.forward
+    assert found in (0.4, 0.2, 0.1)
+    ready = Stick(found / period, turn=longest.turn * found / 0.8, left=longest.left * found / 0.8)
+    behind, room = session._make_stroll().rehearse(session._reference(), ready)
+    assert behind <= FAR
+    assert ("It may fall" in session._doubt) == (room < -FALLS)
+    session.run(0.05)
+    assert "gets ready" in session.walk_in_words
+
+
+def test_who_has_no_two_soles_does_not_walk(tmp_path: Path) -> None:
+    if "example-robot-data" not in {one.name for one in distributions()}:
+        pytest.skip("needs the extra 'robots'")
+    session = WalkingSession(load_example(tmp_path, "solo12"), "rigid")
+    assert session.fastest is None
+    assert "two soles" in session.why_it_stands
+    session.stick = Stick(0.1)
+    session.run(0.05)
+    assert not session.walks
+
+
+def test_the_page_has_a_stick_that_is_let_go_with_its_page(
+    robot: Robot, server: ViewerServer
+) -> None:
+    play = Play(WalkingSession(robot, "rigid"), server)
+    panel, session = play.stick, play.session
+    assert panel is not None
+    panel._moved(SimpleNamespace(client_id=7))
+    panel._box.value = "0.5, 0 0.1"
+    panel._moved(SimpleNamespace(client_id=7))
+    assert session.stick == Stick(0.5, 0.0, 0.1)
+    session._rehearsed = True
+    session.run(0.05)
+    play.show()
+    assert not any(handle.visible for handle in (*play.handles.values(), *play.feet.values()))
+    assert "gets ready to walk" in panel._said.content
+    panel._left(SimpleNamespace(client_id=6))
+    assert session.stick.held
+    panel._left(SimpleNamespace(client_id=7))
+    assert not session.stick.held
+    play.show()
+    assert panel._box.value == "0.000 0.000 0.000"
+    panel._box.value = "forwards"
+    panel._moved(SimpleNamespace(client_id=7))
+    play.show()
+    assert "three numbers" in panel._said.content
+    play.live.restart()
+    play.show()
+    assert all(handle.visible for handle in play.handles.values())
+    assert not session.walks

@@ -67,7 +67,8 @@ def walk_of(controls: Controls, soles: FarSoles, link: RobotInterface) -> WalkDr
             remedy="Use a wire on which base and contact forces are measured: --wire udp",
         )
     leaning = build_leaning(controls.scenario, controls.setup, controls.levels, walk)
-    return WalkDriver(walk, controls.setup, controls.controller, soles, leaning)
+    setup = controls.setup
+    return WalkDriver(walk, setup.robot, setup.contacts, controls.controller, soles, leaning)
 
 
 def come_to_feet(walk: WalkDriver) -> Rest:
@@ -77,7 +78,7 @@ def come_to_feet(walk: WalkDriver) -> Rest:
     def stands() -> bool:
         nonlocal asked
         if not asked:
-            walk.walker.stop()
+            walk.stop()
             asked = True
         return walk.walker.stands
 

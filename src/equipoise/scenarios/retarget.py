@@ -166,6 +166,9 @@ def _retarget_walk(walk: Tree, change: _Change) -> None:
     scale(walk["swing"], "height")
     scale(walk.get("along"), "forward", "left")
     scale(walk.get("to"), "forward", "side")
+    scale(walk["stride"], "forward", "side")
+    for one in walk.get("steer") or ():
+        scale(one, "forward", "left")
     if walk.get("balance") is not None:
         walk["balance"]["margin"] = round(change.stance * walk["balance"]["margin"], 6)
     walk["margin"] = round(change.stance * walk["margin"], 6)

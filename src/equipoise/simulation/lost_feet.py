@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from equipoise.contacts import Phase
 from equipoise.robots import Robot
 from equipoise.simulation.sensors import Reading
 from equipoise.walking import Walker
 from equipoise.walking.events import NAMES
 
-NOT_THERE = (Phase.LOST, Phase.LATE)
 LOADED = 0.1  # of the weight, by plan: from there on a foot without load is missed
 AWAY = 0.005  # [m] from where it stood, as is one that is no longer there
 SURE = 0.012  # [s] without load, after which a foot has lost its ground
@@ -34,10 +32,13 @@ class LostFeet:
         self._since: list[float | None] = [None, None]
         self._asked = [False, False]
 
-    def update(self, t: float, phases: Mapping[str, Phase], reading: Reading) -> str:
-        """Look at time `t` [s]; return why the robot had better be made safe, else nothing."""
+    def update(self, t: float, missing: Collection[str], reading: Reading) -> str:
+        """Look at time `t` [s]; return why the robot had better be made safe, else nothing.
+
+        `missing` are the contacts that are planned to carry and do not.
+        """
         for foot, name in enumerate(self._contacts):
-            gone = phases[name] in NOT_THERE and foot in self._walker.supports
+            gone = name in missing and foot in self._walker.supports
             if not gone or not self._is_missed(foot, reading):
                 self._since[foot], self._asked[foot] = None, False
                 continue
@@ -47,7 +48,7 @@ class LostFeet:
             if t - since >= SURE and not self._asked[foot]:
                 self._asked[foot] = True
                 self._walker.lose(t, foot)
-            elif t - since >= PATIENCE and not self._is_held(phases, reading):
+            elif t - since >= PATIENCE and not self._is_held(missing, reading):
                 return f"the {NAMES[foot]} foot has lost its ground, and nothing else holds it"
         return ""
 
@@ -65,16 +66,16 @@ class LostFeet:
         zmp = walker.plan.centre.at(walker.clock.t).zmp
         return bool((zmp - other) @ way > LOADED * (way @ way))
 
-    def there(self, phases: Mapping[str, Phase]) -> tuple[int, ...]:
+    def there(self, missing: Collection[str]) -> tuple[int, ...]:
         """Return the feet that are believed to carry, and do."""
         return tuple(
             foot for foot in self._walker.supports
-            if phases[self._contacts[foot]] not in NOT_THERE
+            if self._contacts[foot] not in missing
         )  # fmt: skip
 
-    def _is_held(self, phases: Mapping[str, Phase], reading: Reading) -> bool:
+    def _is_held(self, missing: Collection[str], reading: Reading) -> bool:
         """Return whether the divergent component is over the feet that are there."""
-        standing = self.there(phases)
+        standing = self.there(missing)
         if not standing or not np.isfinite(reading.q).all() or not np.isfinite(reading.v).all():
             return not standing
         walker = self._walker

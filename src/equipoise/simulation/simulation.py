@@ -38,7 +38,7 @@ class Simulation(ControlledRun):
         if walk is None:
             return None
         leaning = build_leaning(scenario, setup, assembly.levels, walk)
-        return WalkDriver(walk, setup, self.controller, self.engine, leaning)
+        return WalkDriver(walk, setup.robot, setup.contacts, self.controller, self.engine, leaning)
 
     @property
     def robot_channels(self) -> list[Channel]:

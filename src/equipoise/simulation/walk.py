@@ -7,18 +7,19 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import ContactPhases, Phase, PhaseChange, PhaseSettings
+from equipoise.contacts import ContactPhases, ContactStack, Phase, PhaseChange, PhaseSettings
 from equipoise.control.supervisor import Mode
+from equipoise.robots import Robot
 from equipoise.runlog import Channel, TickRecord
-from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.build.walk import WalkSetup
 from equipoise.simulation.led_log import led_channels, write_led
-from equipoise.simulation.lost_feet import NOT_THERE, LostFeet
+from equipoise.simulation.lost_feet import LostFeet
 from equipoise.simulation.sensors import Reading
 from equipoise.spatial import Array
-from equipoise.walking import BalanceFeedback, Leaning, PlannedStep, WalkEvent
+from equipoise.walking import BalanceFeedback, Clip, Leaning, PlannedStep, Stick, WalkEvent
 from equipoise.walking.feasible import zmp_at
 from equipoise.walking.feet import Stance
+from equipoise.walking.stick import AXES
 from equipoise.wbc import WholeBodyController
 
 NORMAL = 2  # row of a sole's wrench
@@ -40,23 +41,27 @@ class WalkDriver:
     def __init__(
         self,
         walk: WalkSetup,
-        setup: Setup,
+        robot: Robot,
+        contacts: ContactStack,
         controller: WholeBodyController,
         ground: Ground,
         leaning: Leaning | None = None,
     ) -> None:
-        self.walk, self.robot = walk, setup.robot
+        self.walk, self.robot = walk, robot
         self._balance = walk.balance(controller.dt)
         self.walker = walk.walker(self._balance)
+        self.steered, self._sticks = walk.steered(self.walker), walk.sticks
+        self._leads = self.walker if self.steered is None else self.steered
+        self._stops = False
         self.controller, self.ground = controller, ground
-        self._rows = [setup.contacts.rows[name].start + NORMAL for name in walk.contacts]
-        self._wrench_rows = {name: setup.contacts.rows[name] for name in walk.contacts}
+        self._rows = [contacts.rows[name].start + NORMAL for name in walk.contacts]
+        self._wrench_rows = {name: contacts.rows[name] for name in walk.contacts}
         self._frames = [sole.frame for sole in walk.planner.feet.soles]
         self._carry: tuple[int, ...] = self.walker.supports
         self._seen = 0.0
         self._leaning = leaning
         self._air: PlannedStep | None = None  # the step that was lifted last
-        feet = [c for c in setup.contacts.contacts if c.name in walk.contacts]
+        feet = [c for c in contacts.contacts if c.name in walk.contacts]
         self.phases = ContactPhases(
             feet, walk.contacts, PhaseSettings.for_weight(walk.weight, patience=PATIENCE)
         )
@@ -68,15 +73,18 @@ class WalkDriver:
         """Lead the targets to time `t` [s], and switch the supports if a foot lifted or landed."""
         walker, walk = self.walker, self.walk
         if walk.spec.stop is not None and self._seen < walk.spec.stop <= t:
-            walker.stop()
+            self.stop()
         self._seen = t
+        if self.steered is not None and not self._stops and self._sticks.moments:
+            self.steered.stick = self._sticks.at(t)
         loads = [float(reading.lam[row]) for row in self._rows]
-        walker.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
+        self._leads.advance(t, self.controller.dt, loads, lambda: self._soles(reading))
         self._air = walker.swinging or self._air
-        phases = self.phases.update(t, self._planned(), self._wrenches(reading))
+        self.phases.update(t, self._planned(), self._wrenches(reading))
+        missing = self.phases.missing
         supervisor = self.controller.supervisor
         if supervisor.mode in (Mode.RUN, Mode.DEGRADED):
-            cause = self.lost.update(t, phases, reading)
+            cause = self.lost.update(t, missing, reading)
             if cause:
                 supervisor.give_up(t, cause)
         if self._leaning is not None:
@@ -87,12 +95,25 @@ class WalkDriver:
         if carry == self._carry:
             return
         self._carry = carry
-        fell = any(phases[walk.contacts[foot]] in NOT_THERE for foot in (0, 1) if foot not in carry)
+        fell = any(walk.contacts[foot] in missing for foot in (0, 1) if foot not in carry)
         names = [walk.contacts[foot] for foot in carry]
         anchors = {walk.contacts[foot]: walker.stance[foot] for foot in carry}
         self.controller.switch(names, "energy" if fell else "torque", anchors=anchors)
         for foot, name in enumerate(walk.contacts):
             self.ground.support(name, walker.stance[foot] if foot in carry else None)
+
+    def stop(self) -> None:
+        """Put the feet side by side at the next touchdown, and stand."""
+        self._stops = True
+        if self.steered is None:
+            self.walker.stop()
+        else:
+            self.steered.stick = Stick()
+
+    def steer(self, stick: Stick) -> None:
+        """Walk as this stick says from now on; only of a walk that is steered, by no schedule."""
+        if self.steered is not None and not self._stops:
+            self.steered.stick = stick
 
     def _planned(self) -> list[str]:
         """Return the feet that are to carry by the plan, wherever the ground turned out to be."""
@@ -133,7 +154,8 @@ class WalkDriver:
     @property
     def story(self) -> tuple[str, ...]:
         """What happened to the feet, in sentences, in the order in which it did."""
-        told: list[WalkEvent | PhaseChange] = list(self.walker.events)
+        told: list[WalkEvent | PhaseChange | Clip] = list(self.walker.events)
+        told += self.steered.clips if self.steered is not None else []
         told += [change for change in self.phases.changes if change.phase in UNPLANNED]
         return tuple(str(one) for one in sorted(told, key=lambda one: one.t))
 
@@ -150,8 +172,18 @@ class WalkDriver:
                 Channel("walk/zmp_shift", plane, "m", "zero-moment point that leads it back"),
             ]
         )
+        speeds = ("m/s", "m/s", "rad/s")
+        steered = (
+            []
+            if self.steered is None
+            else [
+                Channel("walk/stick", AXES, speeds, "how fast it is wanted to walk"),
+                Channel("walk/goes", AXES, speeds, "how fast its next step goes"),
+            ]
+        )
         return [
             *balance,
+            *steered,
             Channel("walk/centre", ("x", "y", "z"), "m", "wanted centre of mass"),
             Channel("walk/zmp", plane, "m", "planned zero-moment point"),
             Channel("walk/dcm", plane, "m", "planned divergent component of motion"),
@@ -170,6 +202,9 @@ class WalkDriver:
         record["walk/zmp"][:], record["walk/dcm"][:] = state.zmp, state.dcm
         record["walk/carries"][:] = [float(foot in self._carry) for foot in (0, 1)]
         record["walk/phase"][:] = [self.phases.phases[name].code for name in self.walk.contacts]
+        if self.steered is not None:
+            for name, stick in (("stick", self.steered.stick), ("goes", self.steered.goes)):
+                record[f"walk/{name}"][:] = stick.forward, stick.left, stick.turn
         if self._balance is not None:
             record["walk/dcm_error"][:] = self._balance.off
             record["walk/aside"][:] = self._balance.p

@@ -16,10 +16,10 @@ from equipoise.runlog import latest_run
 from equipoise.simulation.controlled_run import ControlledRun
 from equipoise.viewer.bridge import Bridge
 from equipoise.viewer.longlog import LongLog
-from equipoise.viewer.playing.live import LiveSession
 from equipoise.viewer.playing.page import Play
 from equipoise.viewer.playing.plant import Physics, usual_physics
 from equipoise.viewer.playing.reference import ReferenceSession
+from equipoise.viewer.playing.walking import WalkingSession
 from equipoise.viewer.replay import Replay
 from equipoise.viewer.robot_view import RobotView
 from equipoise.viewer.server import ViewerServer
@@ -84,13 +84,15 @@ def play(
     session = (
         ReferenceSession(robot)
         if reference_only
-        else LiveSession(robot, physics or usual_physics())
+        else WalkingSession(robot, physics or usual_physics())
     )
     server = ViewerServer(host, port)
     try:
         shown = Play(session, server)
         shown.start()
-        say(f"Drag the hands of {robot.name} at {server.url}")
+        walks = isinstance(session, WalkingSession) and session.fastest is not None
+        also = ", or let it walk," if walks else ""
+        say(f"Drag the hands of {robot.name}{also} at {server.url}")
         keep_open(server, say, browse=browse)
         shown.stop()
     finally:

@@ -9,7 +9,13 @@ from websockets.http11 import Request, Response
 
 PAGES = ("/", "/index.html")
 END = b"</body>"
-NAMES = ("software_drawing.js", "number_boxes.js", "narrow_page.js")
+NAMES = (
+    "software_drawing.js",
+    "number_boxes.js",
+    "narrow_page.js",
+    "phone_page.js",
+    "stick_pad.js",
+)
 SCRIPTS = tuple(Path(__file__).parent / "files" / name for name in NAMES)
 
 

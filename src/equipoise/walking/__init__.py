@@ -16,6 +16,8 @@ from equipoise.walking.footsteps import (
 from equipoise.walking.leaning import Leaning
 from equipoise.walking.plan import PlannedStep, WalkPlan, WalkPlanner
 from equipoise.walking.settings import TouchSettings, WalkMode, WalkSettings
+from equipoise.walking.steered import SteeredWalk
+from equipoise.walking.stick import Clip, Stick, StickSchedule
 from equipoise.walking.swing import Swing, SwingShape
 from equipoise.walking.targets import LedPose, WalkTargets
 from equipoise.walking.timing import WalkTiming
@@ -26,11 +28,15 @@ __all__ = [
     "RIGHT",
     "BalanceFeedback",
     "BalanceSettings",
+    "Clip",
     "Feet",
     "Footstep",
     "Leaning",
     "LedPose",
     "PlannedStep",
+    "SteeredWalk",
+    "Stick",
+    "StickSchedule",
     "Stride",
     "StrideLimits",
     "Swing",

@@ -18,6 +18,7 @@ from equipoise.walking.settings import GRAVITY, WalkMode, WalkSettings
 from equipoise.walking.swing import Swing
 
 SAMPLE = 0.005  # [s] between the moments that are looked at
+COARSE = 0.02  # [s] between them while the robot walks
 NAMES = ("left", "right")
 
 
@@ -64,16 +65,22 @@ def zmp_at(plan: WalkPlan, settings: WalkSettings, t: float) -> Array:
 
 
 def zmp_room(
-    plan: WalkPlan, feet: Feet, settings: WalkSettings
+    plan: WalkPlan,
+    feet: Feet,
+    settings: WalkSettings,
+    until: float | None = None,
+    sample: float = SAMPLE,
 ) -> Iterator[tuple[float, float, PlannedStep | None]]:
     """Yield time [s], distance [m] of the zero-moment point inside its soles, and the step.
 
-    The step is the one in the air, or the last one that was put down.
+    The step is the one in the air, or the last one that was put down. Looked at is every `sample`
+    [s], to the end of the plan or `until` [s].
     """
-    count = math.ceil((plan.end - plan.centre.start) / SAMPLE)
+    end = plan.end if until is None else min(until, plan.end)
+    count = math.ceil((end - plan.centre.start) / sample)
     known: tuple[object, ...] = ()
     last: PlannedStep | None = None
-    for t in np.linspace(plan.centre.start, plan.end, count + 1).tolist():
+    for t in np.linspace(plan.centre.start, end, count + 1).tolist():
         step = plan.swinging(t)
         last = step or last
         standing = (LEFT, RIGHT) if step is None else (1 - step.foot,)
@@ -110,9 +117,33 @@ def require_feasible(
     )
 
 
-def _require_swings(plan: WalkPlan, feet: Feet, settings: WalkSettings, limits: WalkLimits) -> None:
+def is_feasible(
+    plan: WalkPlan, feet: Feet, settings: WalkSettings, limits: WalkLimits, steps: int
+) -> bool:
+    """Return whether the first `steps` of a plan can be balanced, and their feet keep apart.
+
+    Looked at less often than by `require_feasible`: it is asked while the robot walks.
+    """
+    until = plan.steps[steps - 1].land if len(plan.steps) >= steps else plan.end
+    rooms = zmp_room(plan, feet, settings, until, COARSE)
+    if any(room < limits.margin for _, room, _ in rooms):
+        return False
+    try:
+        _require_swings(plan, feet, settings, limits, steps)
+    except InputError:
+        return False
+    return True
+
+
+def _require_swings(
+    plan: WalkPlan,
+    feet: Feet,
+    settings: WalkSettings,
+    limits: WalkLimits,
+    steps: int | None = None,
+) -> None:
     stance = plan.stance
-    for one in plan.steps:
+    for one in plan.steps[:steps]:
         swing = Swing(
             stance[one.foot], one.footstep.T_world_sole, one.lift, one.land, settings.swing
         )

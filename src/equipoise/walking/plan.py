@@ -141,7 +141,7 @@ class WalkPlanner:
         height and heading go on without a jump, so that an error of a landing is not carried along.
         """
         state = state or plan.centre.at(t)
-        planned = self._timed(steps, t + wait + self._between, number)
+        planned = self._timed(steps, t + wait + self.between, number)
         ground, heading = plan.ground.before(t), plan.heading.before(t)
         end = t + wait + self.settings.timing.double
         ground = ground.then(t, end, self._level(stance) - ground.final)
@@ -170,7 +170,12 @@ class WalkPlanner:
         return WalkPlan(stance, (step,), path, plan.ground.before(t), plan.heading.before(t))
 
     @property
-    def _between(self) -> float:
+    def period(self) -> float:
+        """From a touchdown to the next one [s]."""
+        return self.settings.timing.single + self.between
+
+    @property
+    def between(self) -> float:
         """From a touchdown to the next lift [s]."""
         timing = self.settings.timing
         if self.settings.mode is WalkMode.SLOW:
@@ -183,7 +188,7 @@ class WalkPlanner:
         single, planned = self.settings.timing.single, []
         for k, step in enumerate(steps):
             planned.append(PlannedStep(number + k, lift, lift + single, step))
-            lift += single + self._between
+            lift += single + self.between
         return tuple(planned)
 
     def load_point(self, stance: Stance, foot: int) -> Array:

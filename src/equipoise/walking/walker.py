@@ -36,7 +36,7 @@ class Walker:
 
     `advance` once a tick says which feet carry. A touchdown is where the ground is: the plan goes
     on from where the foot stands, so that errors of landings do not add up. `stop` and `walk_on`
-    take effect with the next touchdown; `stop` puts the feet side by side. With a `balance` whose
+    take effect with the next touchdown; what was said last counts. With a `balance` whose
     settings allow it a foot in the air is put where it catches the divergent component; those that
     follow are put as far aside. `put_down` counts the steps that ended on the ground.
     """
@@ -107,11 +107,11 @@ class Walker:
 
     def stop(self) -> None:
         """Put the feet side by side at the next touchdown, and stand."""
-        self._stops = True
+        self._stops, self._wanted = True, None
 
     def walk_on(self, steps: Sequence[Footstep]) -> None:
         """Let these steps follow the next touchdown, instead of those planned; or begin now."""
-        self._wanted = list(steps)
+        self._stops, self._wanted = False, list(steps)
 
     def lose(self, t: float, foot: int) -> bool:
         """Stand on the other foot, since this one lost its ground, and put it down again.
@@ -245,6 +245,8 @@ class Walker:
             shift = np.array([*self._aside.p, 0.0])
             wanted.translation += shift
             self._left = [moved_by(one, shift) for one in self._left]
+            if self._wanted is not None:
+                self._wanted = [moved_by(one, shift) for one in self._wanted]
             state = self.balance.hand_over(self.plan.centre.at(s))
             self.events.append(WalkEvent(t, "aside", step.number, step.foot, off=tuple(shift)))
         off = T_here.translation - wanted.translation
@@ -259,8 +261,7 @@ class Walker:
         if self._wanted is not None:
             self._left, self._wanted = self._wanted, None
         if self._stops:
-            foot = 1 - step.foot
-            self._left = closing_step(self.planner.feet, self.stance, foot, self._beside[foot])
+            self._left = self._closing(1 - step.foot)
             self._stops = False
             self.events.append(WalkEvent(t, "stop"))
         self.plan = self.planner.go_on(
@@ -273,6 +274,15 @@ class Walker:
         self.events.append(
             WalkEvent(t, "touch", step.number, step.foot, step.land - s, (off[0], off[1], off[2]))
         )
+
+    def _closing(self, foot: int) -> list[Footstep]:
+        """Return the step that ends the walk.
+
+        It is made on the spot, too: the centre of mass was on its way over the other foot.
+        """
+        if self._left:
+            return [Footstep(foot, self.stance[1 - foot] * self._beside[foot])]
+        return closing_step(self.planner.feet, self.stance, foot, self._beside[foot])
 
     def _write(self) -> None:
         """Lead the targets to where they are wanted now."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -49,6 +50,30 @@ class FootstepSpec(Section):
     yaw: float = 0.0
 
 
+class StickSpec(Section):
+    """From `at` [s] on it walks `forward` and to the `left` [m/s], and turns by `turn` [rad/s].
+
+    What is left out is zero; with nothing it stops, feet side by side.
+    """
+
+    at: NotNegative
+    forward: float = 0.0
+    left: float = 0.0
+    turn: float = 0.0
+
+
+class StrideSpec(Section):
+    """How far a step of a walk that is steered may go; what is more is cut off, and told.
+
+    No foot is put more than `forward` [m] ahead of the other, `side` [m] wider apart than they
+    stand, or turned more than `turn` [rad] from it.
+    """
+
+    forward: Positive = 0.2
+    side: Positive = 0.04
+    turn: Positive = 0.25
+
+
 class WalkTimingSpec(Section):
     """How long the phases last.
 
@@ -94,7 +119,9 @@ class WalkSpec(Section):
     """The robot walks (docs: walking): two sole contacts are lifted and put down step by step.
 
     `mode`: `pendulum`, it falls from foot to foot; `slow`, the centre of mass is moved over a foot
-    before the other is lifted. Exactly one of `along`, `to` and `steps` says where the feet go.
+    before the other is lifted. Exactly one of `along`, `to`, `steps` and `steer` says where the
+    feet go. `steer`: how fast it walks from when on, as a stick would say it; footsteps are made
+    anew at each touchdown, within a `stride`.
     `crouch` [m]: how much lower than at half-sitting the centre of mass is. `inward` [m]: how much
     nearer to the other foot than the middle of a sole its load is led. `margin` [m]: how far inside
     the soles the planned zero-moment point has to be. `legs`: whether the centre of mass makes room
@@ -111,6 +138,8 @@ class WalkSpec(Section):
     along: StepsAlongSpec | None = None
     to: StepsToSpec | None = None
     steps: Annotated[list[FootstepSpec], Field(max_length=1000)] | None = None
+    steer: Annotated[list[StickSpec], Field(max_length=1000)] | None = None
+    stride: StrideSpec = StrideSpec()
     timing: WalkTimingSpec = WalkTimingSpec()
     swing: SwingSpec = SwingSpec()
     crouch: NotNegative = 0.03
@@ -127,6 +156,13 @@ class WalkSpec(Section):
 
     @model_validator(mode="after")
     def _one_way(self) -> WalkSpec:
-        if sum(one is not None for one in (self.along, self.to, self.steps)) != 1:
-            raise ValueError("give exactly one of along, to and steps")
+        if sum(one is not None for one in (self.along, self.to, self.steps, self.steer)) != 1:
+            raise ValueError("give exactly one of along, to, steps and steer")
+        return self
+
+    @model_validator(mode="after")
+    def _in_order(self) -> WalkSpec:
+        times = [one.at for one in self.steer or ()]
+        if any(one >= other for one, other in pairwise(times)):
+            raise ValueError("each entry of steer comes after the one before")
         return self

@@ -14,12 +14,13 @@ import pinocchio as pin
 from equipoise.errors import ScenarioError
 from equipoise.hqp import make_solver
 from equipoise.motion import MotionGenerator
+from equipoise.robots import Robot
 from equipoise.scenarios import schema
 from equipoise.simulation.build.levels import build_levels
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.build.walk import WalkSetup, build_walk
 from equipoise.spatial import Array
-from equipoise.walking import Walker
+from equipoise.walking import SteeredWalk, StickSchedule, Walker
 from equipoise.walking.feasible import step_name
 from equipoise.walking.feet import Stance
 
@@ -52,7 +53,12 @@ def rehearse(scenario: schema.Scenario, setup: Setup, q_start: Array) -> tuple[s
     walk = build_walk(scenario, setup)
     if walk is None:
         return ()
-    moments = _moments(scenario, setup, walk, q_start)
+    levels = build_levels(scenario, setup, walk)
+    motion = MotionGenerator(
+        setup.robot, levels, lambda: make_solver("active_set"), STEP, q_start, advise=False
+    )
+    end = walk.plan.end + SETTLES if walk.spec.steer is None else scenario.duration
+    moments = moments_of(motion, walk, min(end, scenario.duration), walk.sticks)
     worst = next((one for one in moments if one.behind > FAR), None)
     if worst is not None:
         worst = max((one for one in moments if one.step == worst.step), key=lambda one: one.behind)
@@ -62,7 +68,7 @@ def rehearse(scenario: schema.Scenario, setup: Setup, q_start: Array) -> tuple[s
             path="walk",
             remedy="Give shorter steps, a deeper crouch, or longer times",
         )
-    room, moment = _least_room(setup, walk, moments)
+    room, moment = least_room(setup.robot, walk, moments)
     if room >= -OUTSIDE:
         return ()
     return (
@@ -72,27 +78,30 @@ def rehearse(scenario: schema.Scenario, setup: Setup, q_start: Array) -> tuple[s
     )
 
 
-def _moments(
-    scenario: schema.Scenario, setup: Setup, walk: WalkSetup, q_start: Array
+def moments_of(
+    motion: MotionGenerator, walk: WalkSetup, end: float, sticks: StickSchedule
 ) -> list[Moment]:
-    """Let the reference walk; every foot finds the ground where it was planned."""
-    levels = build_levels(scenario, setup, walk)
+    """Let a reference walk up to `end` [s]; every foot finds the ground where it was planned.
+
+    `motion` is by the tasks of the walk, its feet first in level 0, in steps of `STEP`; `sticks`
+    are for a walk that is steered.
+    """
+    levels, robot = motion.levels, motion.robot
     com = next(task for level in levels for task in level if task.name == "walk com")
     tasks = [*levels[0][:2], com]
     names = [*(f"the {name} foot" for name in ("left", "right")), "the centre of mass"]
-    motion = MotionGenerator(
-        setup.robot, levels, lambda: make_solver("active_set"), STEP, q_start, advise=False
-    )
     walker, found = walk.walker(), []
-    end = min(walk.plan.end + SETTLES, scenario.duration)
+    steered = walk.steered(walker)
     last = "the start"
     for k in range(round(end / STEP)):
         t = k * STEP
-        _let_it_feel(walker, walk, t)
+        if steered is not None:
+            steered.stick = sticks.at(t)
+        _let_it_feel(steered or walker, walker, walk, t)
         step = motion.step(t)
         if walker.swinging is not None:
             last = step_name(walker.swinging)
-        kin = setup.robot.at(step.q_ref)
+        kin = robot.at(step.q_ref)
         behind = [float(np.abs(task.error(kin, t)).max()) for task in tasks]
         far = int(np.argmax(behind))
         found.append(
@@ -102,7 +111,7 @@ def _moments(
     return found
 
 
-def _let_it_feel(walker: Walker, walk: WalkSetup, t: float) -> None:
+def _let_it_feel(leads: Walker | SteeredWalk, walker: Walker, walk: WalkSetup, t: float) -> None:
     """Advance the walker over ground that is where it was planned."""
     soles = walk.targets.soles
     loads = [0.5 * walk.weight, 0.5 * walk.weight]
@@ -110,15 +119,15 @@ def _let_it_feel(walker: Walker, walk: WalkSetup, t: float) -> None:
     if step is not None:
         loads[step.foot] = walk.weight if walker.clock.t >= step.land - 1e-9 else 0.0
     here = tuple(led.at(t).T_world_target for led in soles)
-    walker.advance(t, STEP, loads, lambda: (here[0], here[1]))
+    leads.advance(t, STEP, loads, lambda: (here[0], here[1]))
 
 
-def _least_room(setup: Setup, walk: WalkSetup, moments: list[Moment]) -> tuple[float, Moment]:
+def least_room(robot: Robot, walk: WalkSetup, moments: list[Moment]) -> tuple[float, Moment]:
     """Return how far [m] inside its soles the zero-moment point of the whole robot stays, and when.
 
     Accelerations are differences over a few ticks: what a motor could give anyhow.
     """
-    model = setup.robot.model
+    model = robot.model
     context = model.createData()
     least, when = np.inf, moments[0]
     for k in range(COUNTED, len(moments) - COUNTED):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from equipoise.contacts import SoleContact
+from equipoise.contacts import ContactStack, SoleContact
 from equipoise.errors import InputError, ScenarioError
 from equipoise.robots import Robot
 from equipoise.scenarios import schema
@@ -23,6 +23,9 @@ from equipoise.walking import (
     Feet,
     Footstep,
     LedPose,
+    SteeredWalk,
+    Stick,
+    StickSchedule,
     Stride,
     StrideLimits,
     SwingShape,
@@ -66,6 +69,22 @@ class WalkSetup:
         """Return who leads the targets, from the start of the plan on."""
         touch = TouchSettings(TOUCH * self.weight)
         return Walker(self.planner, self.plan, touch, self.targets, balance=balance)
+
+    def steered(self, walker: Walker) -> SteeredWalk | None:
+        """Return who makes the footsteps of a walk that is steered, None for any other."""
+        if self.spec.steer is None:
+            return None
+        return SteeredWalk(
+            walker,
+            StrideLimits(**self.spec.stride.model_dump()),
+            WalkLimits(margin=self.spec.margin),
+        )
+
+    @property
+    def sticks(self) -> StickSchedule:
+        """How fast it is to walk, and when."""
+        steer = self.spec.steer or ()
+        return StickSchedule([(o.at, Stick(o.forward, o.left, o.turn)) for o in steer])
 
     def balance(self, dt: float) -> BalanceFeedback | None:
         """Return the feedback on the centre of mass for a period `dt` [s], if it is wanted."""
@@ -113,40 +132,51 @@ def build_walk(scenario: schema.Scenario, setup: Setup) -> WalkSetup | None:
     spec = scenario.walk
     if spec is None:
         return None
-    robot = setup.robot
+    carrier = setup.carrier if _carries(scenario) else None
     try:
-        feet = Feet.of(robot)
+        return make_walk(spec, setup.robot, setup.soles, carrier)
+    except ScenarioError:
+        raise
     except InputError as error:
         raise at_path(error, "walk") from None
-    contacts = {c.sole.name: c for c in setup.soles.contacts if isinstance(c, SoleContact)}
+
+
+def make_walk(
+    spec: schema.WalkSpec, robot: Robot, standing: ContactStack, carrier: LedPose | None = None
+) -> WalkSetup:
+    """Return a walk of a robot that stands on these contacts, its trunk upright.
+
+    Raises: `InputError` for what cannot be walked, with the step and the reason.
+    """
+    feet = Feet.of(robot)
+    contacts = {c.sole.name: c for c in standing.contacts if isinstance(c, SoleContact)}
     for sole in feet.soles:
         if sole.name not in contacts:
             raise ScenarioError(
                 f"the sole {sole.name!r} is no contact, and both feet have to stand",
                 path="contacts",
-                given=list(scenario.contacts),
+                given=[one.name for one in standing.contacts],
                 remedy="Add a contact of kind sole for each foot",
             )
     left, right = (contacts[name] for name in feet.names)
     stance = (left.T_world_anchor, right.T_world_anchor)
-    kin = robot.at(robot.q_half_sitting)
-    floor = 0.5 * float(stance[LEFT].translation[2] + stance[RIGHT].translation[2])
-    try:
-        leg = leg_lever(robot, feet) if spec.legs == "nominal" else 0.0
-        settings = walk_settings(spec, float(kin.p_world_com[2]) - floor - spec.crouch, leg)
-        planner = WalkPlanner(feet, settings)
-        plan = planner.begin(stance, footsteps(spec, feet, stance))
-        require_feasible(plan, feet, settings, WalkLimits(margin=spec.margin))
-    except InputError as error:
-        raise at_path(error, "walk") from None
-    middle = planner.feet.middle(stance)
+    kin, turned = robot.at(robot.q_half_sitting), feet.middle(stance).rotation
+    flat = 0.5 * sum(float(kin.placement(sole.frame).translation[2]) for sole in feet.soles)
+    leg = leg_lever(robot, feet) if spec.legs == "nominal" else 0.0
+    settings = walk_settings(spec, float(kin.p_world_com[2]) - flat - spec.crouch, leg)
+    planner = WalkPlanner(feet, settings)
+    plan = planner.begin(stance, footsteps(spec, feet, stance))
+    if spec.steer is not None:  # it has come to rest before, and may begin at once
+        plan = planner.begin(stance, [], -plan.end)
+    require_feasible(plan, feet, settings, WalkLimits(margin=spec.margin))
     up = np.array([0.0, 0.0, settings.height])
-    centre = pin.SE3(np.eye(3), middle.translation + up)
+    centre = pin.SE3(np.eye(3), planner.feet.middle(stance).translation + up)
+    upright = {
+        frame: LedPose(pin.SE3(turned, np.zeros(3)) * kin.placement(frame))
+        for frame in _trunk(robot)
+    }
     targets = WalkTargets(
-        (LedPose(stance[LEFT]), LedPose(stance[RIGHT])),
-        LedPose(centre),
-        {frame: LedPose(kin.placement(frame)) for frame in _trunk(robot)},
-        setup.carrier if _carries(scenario) else None,
+        (LedPose(stance[LEFT]), LedPose(stance[RIGHT])), LedPose(centre), upright, carrier
     )
     return WalkSetup(spec, planner, plan, targets, (left.name, right.name), robot.mass * GRAVITY)
 

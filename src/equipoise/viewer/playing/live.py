@@ -75,10 +75,14 @@ class LiveSession(PlaySession):
                 if self.ended:
                     break
                 if self._ticks % LED_TICKS == 0:
-                    self._lead(LED_TICKS * self.controller.dt)
-                    self._step_feet(LED_TICKS * self.controller.dt)
+                    self._lead_on(LED_TICKS * self.controller.dt)
                 self._tick()
             return self.q
+
+    def _lead_on(self, seconds: float) -> None:
+        """Lead what is dragged on for some time."""
+        self._lead(seconds)
+        self._step_feet(seconds)
 
     def restart(self) -> None:
         """Begin anew at half-sitting, with nothing in the hands and nothing dragged."""

@@ -17,10 +17,13 @@ from equipoise.spatial import Array
 from equipoise.viewer.drawing import Drawing
 from equipoise.viewer.floor_and_sky import add_floor_and_sky
 from equipoise.viewer.plain_text import in_markdown
+from equipoise.viewer.playing.camera import FollowingCamera
 from equipoise.viewer.playing.live import LiveSession
 from equipoise.viewer.playing.live_panel import TEXT, LivePanel
 from equipoise.viewer.playing.reason import Reason
 from equipoise.viewer.playing.session import GAZE, PlaySession
+from equipoise.viewer.playing.stick_panel import StickPanel
+from equipoise.viewer.playing.walking import WalkingSession
 from equipoise.viewer.server import ViewerServer
 
 PICTURES = 30.0  # [1/s] at most
@@ -35,6 +38,7 @@ ABOUT = (
     "What stops a hand is red, and said below. "
 )
 FEET = "Drag a foot: the weight goes over the other feet first. Drag it to the floor to step. "
+WALK = "Hold the stick, and it walks; its arms stay as they are meanwhile. "
 FEET_STAY = "Feet have no handles: {}. "
 REFERENCE_ONLY = "*What moves is the reference: no torque law and no engine runs here.*"
 WITH_LAW = "*The torque law moves a simulated robot, in the engine {engine}.*"
@@ -67,6 +71,8 @@ class Play:
         }
         self.gaze = None if session.seen is None else self._add_gaze(session.seen)
         self.orders = _orders(session.all_hands)
+        self.stick: StickPanel | None = None
+        self._camera, self._walked = FollowingCamera(self._server), False
         self.live = self._add_panel()
         self._ended = threading.Event()
         self._asked, self._reason = -np.inf, Reason()
@@ -100,9 +106,29 @@ class Play:
             self._follow_feet()
             if self.live is not None:
                 self.live.show(kin)
+            self._show_walk()
         text = reasons_as_html(reason)
         if text != self._said.content:
             self._said.content = text
+
+    def _show_walk(self) -> None:
+        """Say how the walk goes; handles are away meanwhile, and where the hands are behind it."""
+        session = self.session
+        if self.stick is None or not isinstance(session, WalkingSession):
+            return
+        self.stick.show()
+        self._camera.follow(session.q[:3], walks=session.walks)
+        if session.walks is self._walked:
+            return
+        self._walked = session.walks
+        gaze = [] if self.gaze is None else [self.gaze]
+        for handle in (*self.handles.values(), *self.feet.values(), *gaze):
+            handle.visible = not self._walked
+        if not self._walked:
+            for hand, handle in self.handles.items():
+                handle.position = session.targets[hand]
+            if self.gaze is not None and session.seen is not None:
+                self.gaze.position = session.seen
 
     def _run(self) -> None:
         period, told = 1.0 / PICTURES, 0.0
@@ -144,9 +170,13 @@ class Play:
         about = (
             ABOUT
             + (feet if session.robot.nv_base else "")
+            + self._about_walking()
             + (WITH_LAW.format(engine=engine) if live else REFERENCE_ONLY)
         )
-        gui.add_markdown(f"**{in_markdown(session.robot.name)}**\n\n{about}")
+        gui.add_markdown(f"**{in_markdown(session.robot.name)}**")
+        if isinstance(session, WalkingSession) and session.fastest is not None:
+            self.stick = StickPanel(self._server, session)
+        gui.add_markdown(about)
         order = gui.add_dropdown("Order", tuple(self.orders), initial_value=next(iter(self.orders)))
         order.on_update(lambda event: self._reorder(str(event.target.value)))
         back = gui.add_button("Handles back to the start")
@@ -155,9 +185,23 @@ class Play:
         self._speed = gui.add_markdown("")
         panel = None
         if isinstance(session, LiveSession):
-            panel = LivePanel(self._server, session, self.take_back)
+            panel = LivePanel(self._server, session, self.begin_anew)
         gui.main_panel.dock_right()
         return panel
+
+    def _about_walking(self) -> str:
+        session = self.session
+        if not isinstance(session, WalkingSession) or not session.robot.nv_base:
+            return ""
+        if session.fastest is not None:
+            return WALK
+        return f"It has no stick to walk with: {in_markdown(session.why_it_stands)}. "
+
+    def begin_anew(self) -> None:
+        """Put every handle where it was at the start, and let the stick go."""
+        if self.stick is not None:
+            self.stick.release()
+        self.take_back()
 
     def take_back(self) -> None:
         """Put every handle, and the hand with it, where it was at the start."""

@@ -101,7 +101,7 @@ def test_it_may_be_steered_elsewhere_in_every_phase_of_a_step(planner):
     """The plan of every landing is one that can be balanced, and every target goes on smoothly."""
     period, single = planner.period, planner.settings.timing.single
     phases_seen = set()
-    for share in np.arange(0.0, 1.0, 0.2):
+    for share in np.arange(0.0, 1.0, 0.3):
         steered, t = steered_of(planner), 4.0 + share * period
         moments = [(0.1, Stick(0.12)), (t, Stick(-0.1, 0.02, 0.05)), (t + 3.3, Stick())]
         times, rows, phases = steer(steered, StickSchedule(moments))
@@ -119,7 +119,7 @@ def test_it_may_be_steered_elsewhere_in_every_phase_of_a_step(planner):
 @pytest.mark.parametrize("stick", [Stick(turn=0.05), Stick(left=0.02), Stick(1.1e-3)], ids=str)
 def test_a_stop_where_the_feet_are_side_by_side_already_can_be_balanced(stick):
     """The centre of mass is on its way over the other foot, which makes a step on the spot."""
-    for share in np.arange(0.0, 2.0, 0.4):
+    for share in (0.1, 0.9, 1.4):
         steered = steered_of(FAST)
         steer(steered, StickSchedule([(0.1, stick), (4.0 + share * FAST.period, Stick())]))
         plan = steered.walker.plan  # that of the last landing
@@ -129,7 +129,7 @@ def test_a_stop_where_the_feet_are_side_by_side_already_can_be_balanced(stick):
 
 def test_it_walks_on_from_a_stop_that_was_taken_back():
     """Held again before it stands: it goes on without standing, or comes to rest and begins."""
-    for gap in (0.1, 0.5, 1.0, 2.0, 3.0):
+    for gap in (0.1, 1.0, 2.5):
         steered = steered_of()
         moments = [(0.1, Stick(0.1)), (5.0, Stick()), (5.0 + gap, Stick(0.1)), (12.0, Stick())]
         _, rows, _ = steer(steered, StickSchedule(moments))

@@ -36,16 +36,17 @@ class BaseFromContacts:
         self._from = None
 
     def follow(
-        self, contacts: ContactStack, last: Array, q: Array, v: Array
+        self, contacts: ContactStack, last: tuple[Array, Array], q: Array, v: Array
     ) -> tuple[Array, Array] | None:
         """Return q (nq,), v (nv,) with a base that fits their joints, None if nothing holds it.
 
-        `last` (nq,) is read at the first call after `forget`: where everything was.
+        `last` q and v are read at the first call after `forget`: where everything was, and how it
+        moved. A low-pass that began at rest would stop a moving base between two ticks.
         """
         robot, base = self.robot, self.robot.nv_base
         if self._from is None:
-            self._from = last.copy()
-            self._moved[:] = self._v[:] = 0.0
+            self._from = last[0].copy()
+            self._moved[:], self._v[:] = 0.0, last[1][:base]
         found = base_from_contacts(self.robot, contacts, self._from, (q, v), self._kinematics)
         if found is None:
             return None

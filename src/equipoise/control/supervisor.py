@@ -262,7 +262,7 @@ class Supervisor:
         robot = self.controller.robot
         q, v = _patched(measured.q, last.q), _patched(measured.v, last.v)
         if not _finite(measured.q[: robot.nq_base], measured.v[: robot.nv_base]):
-            found = self._base.follow(self.controller.contacts, last.q, q, v)
+            found = self._base.follow(self.controller.contacts, (last.q, last.v), q, v)
             if found is not None:
                 q, v = found
         else:

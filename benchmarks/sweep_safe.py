@@ -226,8 +226,9 @@ def table(rows: Iterable[tuple[Case, Outcome]]) -> str:
     lines, by = [], defaultdict(Counter)
     for case, outcome in rows:
         stands = outcome.height >= STANDS
-        for key in (f"{case.robot} {case.engine}", f"fault {case.fault}",
-                    f"{1e3 * case.delay:.0f} ms late", f"every {1e3 * case.period:.0f} ms"):  # fmt: skip
+        late, period = 1e3 * case.delay, 1e3 * case.period
+        told = f"{late:.0f} ms late", f"every {period:.0f} ms"
+        for key in (f"{case.robot} {case.engine}", f"fault {case.fault}", *told):
             by[key]["cases"] += 1
             by[key]["well"] += not outcome.wrong
             by[key]["stand"] += stands and not outcome.wrong

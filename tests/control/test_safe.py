@@ -11,9 +11,10 @@ import pytest
 from equipoise.compiled.workspace import Workspace
 from equipoise.contacts import ContactStack
 from equipoise.control import Mode, SupervisorLimits
-from equipoise.control.base_from_contacts import BaseFromContacts, base_from_contacts
+from equipoise.control.found_by_contacts import FoundByContacts, found_by_contacts
 from equipoise.control.safe_hold import DAMPING_SHARE, joint_damping
 from equipoise.errors import InputError
+from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import get_robot
 from equipoise.scenarios import read_scenario
 from equipoise.simulation.simulation import Simulation
@@ -57,8 +58,12 @@ def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
         q = pin.integrate(robot.model, q, 2e-3 * v - at.lift(stack.residual(kin)))
     v = stack.at(robot.at(q)).project(rng.normal(size=robot.nv))
     blind_q, blind_v = q.copy(), v.copy()
-    blind_q[:7], blind_v[:6] = np.nan, np.nan
-    found = base_from_contacts(robot, stack, robot.q_half_sitting, (blind_q, blind_v))
+    blind_q[:7], lost = robot.q_half_sitting[:7], np.arange(robot.nv) < 6
+    blind_v[:6] = 0.0
+    even, kinematics = np.full(2, 0.5), KinematicsEvaluator(robot)
+    found = found_by_contacts(
+        stack, robot.q_half_sitting, (blind_q, blind_v), (lost, even), kinematics
+    )
     assert found is not None
     apart = pin.difference(robot.model, q, found[0])
     assert np.abs(apart).max() < 1e-5
@@ -67,8 +72,11 @@ def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
 
 def test_without_a_contact_no_base_is_made_up(hrp2):
     q, v = hrp2.q_half_sitting, np.zeros(hrp2.nv)
-    assert base_from_contacts(hrp2, ContactStack([]), q, (q, v)) is None
-    assert BaseFromContacts(hrp2, 1e-3, 0.01).follow(ContactStack([]), q, q, v) is None
+    lost, nothing = np.arange(hrp2.nv) < 6, ContactStack([])
+    whole, kinematics = (q, v), KinematicsEvaluator(hrp2)
+    assert found_by_contacts(nothing, q, whole, (lost, np.zeros(0)), kinematics) is None
+    found = FoundByContacts(hrp2, 1e-3, 0.01)
+    assert found.follow(nothing, whole, whole, lost, np.zeros(0)) is None
 
 
 @pytest.mark.parametrize("delay", [0.001, 0.005, 0.02])

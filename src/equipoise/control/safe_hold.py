@@ -7,16 +7,21 @@ milliseconds needs to know how light the joints are. Neither knows its weight.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from equipoise.contacts import ContactStack
 from equipoise.contacts.pull import least_regulated
 from equipoise.control.base_wrench.foot_bounds import ReactionBounds
+from equipoise.control.bridging import BASE_FILTER
 from equipoise.control.interface import Command, Measurement, Reference
-from equipoise.control.passivity.gain_advice import advise_for_soft_floor, inertia_matrix
+from equipoise.control.passivity.gain_advice import (
+    LONGEST_DELAY,
+    advise_for_soft_floor,
+    inertia_matrix,
+)
 from equipoise.control.passivity.gains import ControlGains
 from equipoise.control.passivity.law import PassivityController
 from equipoise.control.passivity.sign import SignFunction
@@ -26,6 +31,10 @@ from equipoise.spatial import Array
 DAMPING_SHARE = 0.4  # of I / delay; the loop dv/dt = -(D/I) v(t - delay) is lost at pi/2
 REACTION_TIME = 4.0  # of the delay: how slowly the law looks at the floor's reaction
 FORCE_LAYER = 0.5  # [N] within which the force of a hand is regulated without a jump
+FILTER_LAG = 0.6  # of the time constant of the filter behind which a lost base is seen
+STOPPING = 0.4  # [s] in which what moved comes to a stand
+ROOM = 0.15  # [rad or m] that it may go on meanwhile
+LEFT = 2.0  # [s] in which the torque of the moment fades: slower than the integral takes over
 INTEGRAL_SLOPE = 5.0  # [rad/s^2] of the integral that carries what is not known
 
 
@@ -53,6 +62,8 @@ class SafeHold:
         self._law = self._made(contacts)
         self._q, self._still = robot.q_half_sitting.copy(), np.zeros(robot.nv)
         self._lam_ref = np.zeros(self._law.contacts.regulated_rows.size)
+        self._q_from, self._v_from = self._q, self._still
+        self._began, self._stops = -np.inf, STOPPING
 
     def _made(self, contacts: ContactStack) -> PassivityController:
         return PassivityController(
@@ -61,24 +72,45 @@ class SafeHold:
         )  # fmt: skip
 
     def _gains(self, q: Array) -> ControlGains:
-        soft = advise_for_soft_floor(max(self._delay, self._dt), self._dt, INTEGRAL_SLOPE)
+        seen = self._delay + FILTER_LAG * BASE_FILTER * self._delay
+        soft = advise_for_soft_floor(
+            min(max(seen, self._dt), LONGEST_DELAY), self._dt, INTEGRAL_SLOPE, projector="damping"
+        )
         return ControlGains(
             K_d=soft.kappa * inertia_matrix(self.robot, q), alpha=soft.alpha, k_ip=INTEGRAL_SLOPE,
             sgn_p=SignFunction("saturation", soft.layer),
             sgn_F=SignFunction("saturation", FORCE_LAYER), damp_violation=True,
+            projector="damping", handover=LEFT,
         )  # fmt: skip
 
-    def begin(self, contacts: ContactStack, measured: Measurement, tau: Array) -> None:
-        """Hold the measured posture from now on, beginning with the torque `tau` (na,) [N m]."""
+    def begin(self, t: float, contacts: ContactStack, measured: Measurement, tau: Array) -> None:
+        """Come to a stand from the measured state, beginning with the torque `tau` (na,) [N m].
+
+        What moves is stopped within `STOPPING` seconds, sooner if it would go further than `ROOM`:
+        a base that is stopped at once tips over, as what stops it has to fit into the soles.
+        """
         if contacts.contacts != self._law.contacts.contacts:
             self._law = self._made(contacts)
-        q = measured.q
-        self._q = q.copy()
+        fastest = float(np.abs(measured.v).max(initial=0.0))
+        self._began, self._stops = t, min(STOPPING, 2.0 * ROOM / max(fastest, 1e-9))
+        self._q_from, self._v_from = measured.q.copy(), measured.v.copy()
+        self._q = self._led(1.0)[0]
         pressed = measured.lam[contacts.regulated_rows]
         self._lam_ref = np.maximum(pressed, least_regulated(contacts.contacts))
-        self._law.gains = replace(self._gains(q), handover=self._law.gains.handover)
+        self._law.gains = self._gains(self._q)
         self._law.reset()
         self._law.take_over(tau)
+
+    def wanted(self, t: float) -> tuple[Array, Array]:
+        """Return where the robot is led at time `t` [s], q (nq,) and v (nv,), on its way to `q`."""
+        x = min(max((t - self._began) / self._stops, 0.0), 1.0)
+        return self._led(x) if x < 1.0 else (self._q, self._still)
+
+    def _led(self, x: float) -> tuple[Array, Array]:
+        """Return q (nq,) and v (nv,) at a share x of the time in which it stops."""
+        gone = self._stops * (x - x**3 + 0.5 * x**4)
+        q = pin.integrate(self.robot.model, self._q_from, gone * self._v_from)
+        return q, (1.0 - x) ** 2 * (1.0 + 2.0 * x) * self._v_from
 
     @property
     def q(self) -> Array:
@@ -93,8 +125,8 @@ class SafeHold:
     def step(self, t: float, measured: Measurement, contacts: ContactStack) -> Command:
         """Return the torque that holds the posture; `measured` as for a controller."""
         if contacts.contacts != self._law.contacts.contacts:
-            self.begin(contacts, measured, self._law.tau.copy())
-        return self._law.step(t, measured, Reference(self._q, self._still, self._lam_ref))
+            self.begin(t, contacts, measured, self._law.tau.copy())
+        return self._law.step(t, measured, Reference(*self.wanted(t), self._lam_ref))
 
     def damped(self, rates: Array, carried: Array) -> Array:
         """Return the torque (na,) that brakes joint `rates` (na,) and still carries some weight."""
@@ -104,14 +136,22 @@ class SafeHold:
 
     def state(self) -> dict[str, Any]:
         """Return a copy of the memory."""
-        return {"law": self._law.state(), "q": self._q.copy(), "lam_ref": self._lam_ref.copy()}
+        return {
+            "law": self._law.state(),
+            "q": self._q.copy(),
+            "lam_ref": self._lam_ref.copy(),
+            "from": (self._q_from.copy(), self._v_from.copy()),
+            "times": (self._began, self._stops),
+        }
 
     def restore(self, state: Mapping[str, Any], contacts: ContactStack) -> None:
         """Continue from what `state` returned, on the contacts that hold."""
         if contacts.contacts != self._law.contacts.contacts:
             self._law = self._made(contacts)
         self._q, self._lam_ref = state["q"].copy(), state["lam_ref"].copy()
-        self._law.gains = replace(self._gains(self._q), handover=self._law.gains.handover)
+        self._q_from, self._v_from = (part.copy() for part in state["from"])
+        self._began, self._stops = state["times"]
+        self._law.gains = self._gains(self._q)
         self._law.restore(state["law"])
 
 

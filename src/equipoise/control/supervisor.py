@@ -16,8 +16,8 @@ import pinocchio as pin
 
 from equipoise.contacts import ContactStack
 from equipoise.contacts.pull import least_regulated
-from equipoise.control.base_from_contacts import BaseFromContacts
 from equipoise.control.base_wrench.foot_bounds import ReactionBounds
+from equipoise.control.bridging import Bridge
 from equipoise.control.interface import (
     Command,
     Controller,
@@ -71,7 +71,6 @@ class SupervisorLimits:
                 raise InputError(f"limit {name} must be finite and not negative", given=value)
 
 
-BASE_FILTER = 5.0  # of the delay: four robots stood in MuJoCo with 4 to 6, at 5 ms
 AT_REST = 0.05  # [rad/s] of every joint
 REST_TIME = 0.5  # [s] at rest after which the torque may stop
 SETTLING = 0.3  # [s] in which joints that were moving come back to the posture that is held
@@ -116,9 +115,7 @@ class Supervisor:
         self.safe = SafeHold(
             controller.robot, controller.contacts, controller.dt, self.limits.delay, bounds=bounds
         )
-        self._base = BaseFromContacts(
-            controller.robot, controller.dt, BASE_FILTER * self.limits.delay
-        )
+        self._bridge = Bridge(controller.robot, controller.dt, self.limits.delay)
         self._last: Measurement | None = None
         self._lost_since: float | None = None
         self._contacts = controller.contacts
@@ -153,7 +150,10 @@ class Supervisor:
 
         Copied: a loop may write every measurement into one array, and scale a torque in place.
         """
-        self._last, self._lost_since = _copied(measured), None
+        self._last = _copied(measured)
+        if self._lost_since is not None:
+            self._lost_since = None
+            self._bridge.forget()
         self._tau = tau.copy()
         self._contacts = self.controller.contacts
         if t >= self._note_at:
@@ -177,7 +177,7 @@ class Supervisor:
             "q_from": None if self._q_from is None else self._q_from.copy(),
             "lam_from": self._lam_from.copy(),
             "safe": self.safe.state() if self.mode is Mode.SAFE else None,
-            "base": self._base.state(),
+            "bridge": self._bridge.state(),
             **{name: getattr(self, f"_{name}") for name in _TIMES},
         }
 
@@ -191,7 +191,7 @@ class Supervisor:
         for name in _TIMES:
             setattr(self, f"_{name}", state[name])
         self._contacts = self.controller.contacts
-        self._base.restore(state["base"])
+        self._bridge.restore(state["bridge"])
         if state["safe"] is not None:
             self.safe.restore(state["safe"], self._contacts)
 
@@ -240,11 +240,11 @@ class Supervisor:
         forces_whole = _finite(measured.lam)
         if state_whole:
             self._lost_since = None
+            self._bridge.forget()
         elif self._lost_since is None:
             self._lost_since = t
         if state_whole and forces_whole:
             self._last = measured
-            self._base.forget()
             return measured, ""
         since = self._lost_since
         too_long = since is not None and t - since > self.limits.patience
@@ -253,23 +253,15 @@ class Supervisor:
         lam = measured.lam if forces_whole else self._substitute(measured.lam, forces, reference)
         complete = measured._replace(lam=lam)
         if not state_whole and self._last is not None:
-            complete = self._bridged(measured, self._last)._replace(lam=lam)
+            complete = self._bridge.fill(
+                self.controller.contacts,
+                complete,
+                self._last,
+                (reference.q_ref, reference.v_ref),
+                ask_contacts=False,
+            )
         self._last = complete
         return complete, self._whose(measured)
-
-    def _bridged(self, measured: Measurement, last: Measurement) -> Measurement:
-        """Return a state without holes: a lost joint where it was, a lost base by its contacts."""
-        robot = self.controller.robot
-        q, v = _patched(measured.q, last.q), _patched(measured.v, last.v)
-        if not _finite(measured.q[: robot.nq_base], measured.v[: robot.nv_base]):
-            found = self._base.follow(self.controller.contacts, (last.q, last.v), q, v)
-            if found is not None:
-                q, v = found
-        else:
-            self._base.forget()
-        if robot.nq_base == 7:
-            q[3:7] /= np.linalg.norm(q[3:7])
-        return Measurement(q, v, measured.lam)
 
     def _substitute(self, lam: Array, last: Array | None, reference: Reference) -> Array:
         """Return forces in which a lost regulated row is as wanted, a lost other as it was."""
@@ -339,7 +331,8 @@ class Supervisor:
             return
         if not lost:
             self._tau = self._carrying()
-        self.safe.begin(self.controller.contacts, self._last, self._tau)
+        self.safe.begin(t, self.controller.contacts, self._last, self._tau)
+        self._bridge.hand_over()
 
     def _carrying(self) -> Array:
         """Return the torque (na,) that has carried the robot while the law ran."""
@@ -363,7 +356,13 @@ class Supervisor:
             return None
         same = last.lam.shape == measured.lam.shape  # contacts may have come and gone meanwhile
         forces = _patched(measured.lam, last.lam if same else np.zeros_like(measured.lam))
-        known = self._bridged(measured, last)._replace(lam=forces)
+        known = self._bridge.fill(
+            contacts,
+            measured._replace(lam=forces),
+            last,
+            self.safe.wanted(t),
+            ask_contacts=True,
+        )
         away = self._away(t, known.q)
         if away:
             self._sink(t, away)
@@ -438,6 +437,7 @@ class Supervisor:
         if t - self._whole_since < WHOLE_FOR:
             return False
         self._last, self._lost_since = measured, None
+        self._bridge.forget()
         self._ramp_since, self._q_from = t, measured.q.copy()
         self._lam_from = self.safe.pressed.copy()
         self.controller.reset()

@@ -31,7 +31,8 @@ from equipoise.spatial import Array
 DAMPING_SHARE = 0.4  # of I / delay; the loop dv/dt = -(D/I) v(t - delay) is lost at pi/2
 REACTION_TIME = 4.0  # of the delay: how slowly the law looks at the floor's reaction
 FORCE_LAYER = 0.5  # [N] within which the force of a hand is regulated without a jump
-FILTER_LAG = 0.6  # of the time constant of the filter behind which a lost base is seen
+import os
+FILTER_LAG = float(os.environ.get("LAG","0.6"))  # of the time constant of the filter behind which a lost base is seen
 STOPPING = 0.4  # [s] in which what moved comes to a stand
 ROOM = 0.15  # [rad or m] that it may go on meanwhile
 LEFT = 2.0  # [s] in which the torque of the moment fades: slower than the integral takes over
@@ -64,6 +65,7 @@ class SafeHold:
         self._lam_ref = np.zeros(self._law.contacts.regulated_rows.size)
         self._q_from, self._v_from = self._q, self._still
         self._began, self._stops = -np.inf, STOPPING
+        self._blind = False
 
     def _made(self, contacts: ContactStack) -> PassivityController:
         return PassivityController(
@@ -71,8 +73,9 @@ class SafeHold:
             bounds=self._bounds, filter_time=REACTION_TIME * self._delay,
         )  # fmt: skip
 
-    def _gains(self, q: Array) -> ControlGains:
-        seen = self._delay + FILTER_LAG * BASE_FILTER * self._delay
+    def _gains(self, q: Array, *, blind: bool = False) -> ControlGains:
+        """Return the gains at q (nq,); a base that is found is seen later than one measured."""
+        seen = self._delay * (1.0 + (float(os.environ.get('LAG','0.6')) * BASE_FILTER if blind else 0.0))
         soft = advise_for_soft_floor(
             min(max(seen, self._dt), LONGEST_DELAY), self._dt, INTEGRAL_SLOPE, projector="damping"
         )
@@ -83,11 +86,20 @@ class SafeHold:
             projector="damping", handover=LEFT,
         )  # fmt: skip
 
-    def begin(self, t: float, contacts: ContactStack, measured: Measurement, tau: Array) -> None:
+    def begin(
+        self,
+        t: float,
+        contacts: ContactStack,
+        measured: Measurement,
+        tau: Array,
+        *,
+        blind: bool = False,
+    ) -> None:
         """Come to a stand from the measured state, beginning with the torque `tau` (na,) [N m].
 
         What moves is stopped within `STOPPING` seconds, sooner if it would go further than `ROOM`:
         a base that is stopped at once tips over, as what stops it has to fit into the soles.
+        `blind`: the base is not measured.
         """
         if contacts.contacts != self._law.contacts.contacts:
             self._law = self._made(contacts)
@@ -97,7 +109,8 @@ class SafeHold:
         self._q = self._led(1.0)[0]
         pressed = measured.lam[contacts.regulated_rows]
         self._lam_ref = np.maximum(pressed, least_regulated(contacts.contacts))
-        self._law.gains = self._gains(self._q)
+        self._blind = blind
+        self._law.gains = self._gains(self._q, blind=blind)
         self._law.reset()
         self._law.take_over(tau)
 
@@ -122,10 +135,18 @@ class SafeHold:
         """What the regulated rows are held at (k,)."""
         return self._lam_ref
 
-    def step(self, t: float, measured: Measurement, contacts: ContactStack) -> Command:
-        """Return the torque that holds the posture; `measured` as for a controller."""
+    def step(
+        self, t: float, measured: Measurement, contacts: ContactStack, *, blind: bool = False
+    ) -> Command:
+        """Return the torque that holds the posture; `measured` as for a controller.
+
+        `blind`: the base is not measured but found by the contacts.
+        """
         if contacts.contacts != self._law.contacts.contacts:
-            self.begin(t, contacts, measured, self._law.tau.copy())
+            self.begin(t, contacts, measured, self._law.tau.copy(), blind=blind)
+        elif blind != self._blind:
+            self._blind = blind
+            self._law.gains = self._gains(self._q, blind=blind)
         return self._law.step(t, measured, Reference(*self.wanted(t), self._lam_ref))
 
     def damped(self, rates: Array, carried: Array) -> Array:
@@ -142,6 +163,7 @@ class SafeHold:
             "lam_ref": self._lam_ref.copy(),
             "from": (self._q_from.copy(), self._v_from.copy()),
             "times": (self._began, self._stops),
+            "blind": self._blind,
         }
 
     def restore(self, state: Mapping[str, Any], contacts: ContactStack) -> None:
@@ -151,7 +173,8 @@ class SafeHold:
         self._q, self._lam_ref = state["q"].copy(), state["lam_ref"].copy()
         self._q_from, self._v_from = (part.copy() for part in state["from"])
         self._began, self._stops = state["times"]
-        self._law.gains = self._gains(self._q)
+        self._blind = state["blind"]
+        self._law.gains = self._gains(self._q, blind=self._blind)
         self._law.restore(state["law"])
 
 

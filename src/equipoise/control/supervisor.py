@@ -367,7 +367,8 @@ class Supervisor:
         if away:
             self._sink(t, away)
             return None
-        command = self.safe.step(t, known, contacts)
+        blind = not _finite(measured.q[: robot.nq_base], measured.v[: robot.nv_base])
+        command = self.safe.step(t, known, contacts, blind=blind)
         if command.status is ControlStatus.HELD:
             self._sink(t, "the posture cannot be held")
             return None

@@ -31,8 +31,10 @@ from equipoise.spatial import Array
 DAMPING_SHARE = 0.4  # of I / delay; the loop dv/dt = -(D/I) v(t - delay) is lost at pi/2
 REACTION_TIME = 4.0  # of the delay: how slowly the law looks at the floor's reaction
 FORCE_LAYER = 0.5  # [N] within which the force of a hand is regulated without a jump
-import os
-FILTER_LAG = float(os.environ.get("LAG","0.6"))  # of the time constant of the filter behind which a lost base is seen
+FILTER_LAG = float(
+    os.environ.get("LAG", "0.6")
+)  # of the time constant of the filter behind which a lost base is seen
+STIFFER = 3.0  # less damping carries less: kappa (alpha + kappa / 2) has to outdo gravity
 STOPPING = 0.4  # [s] in which what moved comes to a stand
 ROOM = 0.15  # [rad or m] that it may go on meanwhile
 LEFT = 2.0  # [s] in which the torque of the moment fades: slower than the integral takes over
@@ -75,12 +77,13 @@ class SafeHold:
 
     def _gains(self, q: Array, *, blind: bool = False) -> ControlGains:
         """Return the gains at q (nq,); a base that is found is seen later than one measured."""
-        seen = self._delay * (1.0 + (float(os.environ.get('LAG','0.6')) * BASE_FILTER if blind else 0.0))
+        seen = self._delay * (1.0 + (FILTER_LAG * BASE_FILTER if blind else 0.0))
         soft = advise_for_soft_floor(
             min(max(seen, self._dt), LONGEST_DELAY), self._dt, INTEGRAL_SLOPE, projector="damping"
         )
+        alpha = STIFFER * soft.alpha if blind else soft.alpha
         return ControlGains(
-            K_d=soft.kappa * inertia_matrix(self.robot, q), alpha=soft.alpha, k_ip=INTEGRAL_SLOPE,
+            K_d=soft.kappa * inertia_matrix(self.robot, q), alpha=alpha, k_ip=INTEGRAL_SLOPE,
             sgn_p=SignFunction("saturation", soft.layer),
             sgn_F=SignFunction("saturation", FORCE_LAYER), damp_violation=True,
             projector="damping", handover=LEFT,

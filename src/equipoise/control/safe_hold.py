@@ -31,9 +31,7 @@ from equipoise.spatial import Array
 DAMPING_SHARE = 0.4  # of I / delay; the loop dv/dt = -(D/I) v(t - delay) is lost at pi/2
 REACTION_TIME = 4.0  # of the delay: how slowly the law looks at the floor's reaction
 FORCE_LAYER = 0.5  # [N] within which the force of a hand is regulated without a jump
-FILTER_LAG = float(
-    os.environ.get("LAG", "0.6")
-)  # of the time constant of the filter behind which a lost base is seen
+FILTER_LAG = 0.6  # of the time constant of the filter behind which a lost base is seen
 STIFFER = 3.0  # less damping carries less: kappa (alpha + kappa / 2) has to outdo gravity
 STOPPING = 0.4  # [s] in which what moved comes to a stand
 ROOM = 0.15  # [rad or m] that it may go on meanwhile

@@ -26,9 +26,11 @@ from equipoise.control.passivity.gains import ControlGains
 from equipoise.control.passivity.law import PassivityController
 from equipoise.control.passivity.sign import SignFunction
 from equipoise.robots import Robot
+from equipoise.robots.dynamics import JointDynamics
 from equipoise.spatial import Array
 
 DAMPING_SHARE = 0.4  # of I / delay; the loop dv/dt = -(D/I) v(t - delay) is lost at pi/2
+TOGETHER = 0.8  # the same of all joints together, in the posture of the moment
 REACTION_TIME = 4.0  # of the delay: how slowly the law looks at the floor's reaction
 FORCE_LAYER = 0.5  # [N] within which the force of a hand is regulated without a jump
 FILTER_LAG = 0.6  # of the time constant of the filter behind which a lost base is seen
@@ -45,7 +47,7 @@ class SafeHold:
     The passivity law with `K_d = kappa M(q)`, kappa from `advise_for_soft_floor`: it starts from
     the torque of the moment, takes the weight over by its reaction and integral, and goes on
     pressing as hands did: one that lies on a wall and that the law did not know of would be driven
-    along it. `damping` (na,) [N m s/rad] is what a joint bears with the rest of the robot free.
+    along it.
     """
 
     def __init__(
@@ -58,8 +60,10 @@ class SafeHold:
         bounds: ReactionBounds | None = None,
     ) -> None:
         self.robot, self._dt, self._delay = robot, dt, delay
-        self._bounds = bounds
-        self.damping = joint_damping(robot, robot.q_half_sitting, dt + delay)
+        self._bounds, self._dynamics = bounds, JointDynamics(robot.model)
+        self._brakes = damping_of_all(
+            inertia_matrix(robot, robot.q_half_sitting), robot.nv_base, delay + 1.5 * dt
+        )
         self._law = self._made(contacts)
         self._q, self._still = robot.q_half_sitting.copy(), np.zeros(robot.nv)
         self._lam_ref = np.zeros(self._law.contacts.regulated_rows.size)
@@ -150,11 +154,17 @@ class SafeHold:
             self._law.gains = self._gains(self._q, blind=blind)
         return self._law.step(t, measured, Reference(*self.wanted(t), self._lam_ref))
 
-    def damped(self, rates: Array, carried: Array) -> Array:
-        """Return the torque (na,) that brakes joint `rates` (na,) and still carries some weight."""
+    def damped(self, q: Array, rates: Array, carried: Array) -> Array:
+        """Return the torque (na,) that brakes joint `rates` (na,) and still carries some weight.
+
+        `q` (nq,) is the posture of the moment, which says how light the joints are now.
+        """
         known = np.where(np.isfinite(rates), rates, 0.0)
-        limit = self.robot.tau_max
-        return np.clip(carried - self.damping * known, -limit, limit)
+        M, limit = self._dynamics.inertia(q), self.robot.tau_max
+        if np.isfinite(M).all():
+            late = self._delay + 1.5 * self._dt
+            self._brakes = damping_of_all(M, self.robot.nv_base, late)
+        return np.clip(carried - self._brakes * known, -limit, limit)
 
     def state(self) -> dict[str, Any]:
         """Return a copy of the memory."""
@@ -187,3 +197,17 @@ def joint_damping(robot: Robot, q: Array, delay: float) -> Array:
     """
     least = 1.0 / np.diag(np.linalg.inv(inertia_matrix(robot, q)))
     return DAMPING_SHARE * least[robot.nv_base :] / delay
+
+
+def damping_of_all(M: Array, base: int, late: float) -> Array:
+    """Return the damping D (na,) [N m s/rad] that all joints together bear at inertia M (nv, nv).
+
+    With W the joints' block of M^-1, behind `base` rows, `dv/dt = -W D v(t - late)` [s] is stable
+    while the largest eigenvalue of W D is below pi / (2 late). D is in proportion to 1 / W_jj, the
+    least inertia that each joint can meet, and takes `TOGETHER` of 1 / late. What contacts hold
+    makes W smaller and no eigenvalue larger, so that it is stable whatever the feet touch.
+    """
+    W = np.linalg.inv(M)[base:, base:]
+    root = 1.0 / np.sqrt(np.diag(W))
+    largest = float(np.linalg.eigvalsh(root[:, None] * W * root)[-1])
+    return TOGETHER / (late * largest) * root**2

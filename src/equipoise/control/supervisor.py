@@ -408,8 +408,16 @@ class Supervisor:
         tau = np.zeros(robot.na)
         if self.mode is Mode.SAFE:
             share = max(1.0 - (t - self._sinking_since) / max(self.limits.sinking, 1e-9), 0.0)
-            tau = self.safe.damped(rates, share * self._carrying())
+            tau = self.safe.damped(self._posture(measured), rates, share * self._carrying())
         return _unnamed(tau, robot.nv, self.controller.contacts)
+
+    def _posture(self, measured: Measurement) -> Array:
+        """Return where the joints are (nq,), as far as anybody knows; what is not known stays."""
+        robot, last = self.controller.robot, self._last
+        q = robot.q_half_sitting.copy() if last is None else last.q.copy()
+        joints = measured.q[robot.nq_base :]
+        q[robot.nq_base :] = np.where(np.isfinite(joints), joints, q[robot.nq_base :])
+        return q
 
     def _look_for_rest(self, t: float, rates: Array) -> None:
         """Stop where everything has come to rest, or where nothing can be damped."""

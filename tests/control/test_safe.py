@@ -116,7 +116,7 @@ def test_sinking_is_damped_stably_in_every_posture_whatever_touches(name, rng):
         for inverse in (W, held[6:, 6:]):
             assert swings_out(inverse, D, late, rng)
         lost += not swings_out(W, fixed, late, rng)
-    assert name in ("talos", "romeo") or lost
+    assert name != "g1" or lost
 
 
 def swings_out(W: np.ndarray, D: np.ndarray, late: float, rng: np.random.Generator) -> bool:

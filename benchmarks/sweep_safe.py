@@ -6,7 +6,8 @@ Cases are drawn from robots x engines x scenarios x faults x delays x periods x 
 runs every combination once. A case is well if the robot still stands 2 s after the fault, or its
 base is then lower than a quarter of its height; the base never comes down faster than 0.5 m/s, no
 joint is faster than twice its limit, and no number is lost. Of an arm that is fixed to the world
-the joints alone are judged. What the law did before it was switched off is not judged. Prints every
+the joints alone are judged. What the law did before it was switched off is not judged, and joints
+that were racing by then are given 0.1 s to be braked. Prints every
 case that is not well with what was worst, a table at the end, and ends with 1 if there was one.
 """
 
@@ -42,6 +43,7 @@ LOOKED_ON = 0.5  # [s] more
 STANDS, LIES = 0.9, 0.25  # share of the base's height
 SINKS = 0.5  # [m/s] of the base downwards
 RACES = 2.0  # times a joint's speed limit
+BRAKED = 0.1  # [s] after the law was switched off, from when on that is judged
 
 
 @dataclass(frozen=True)
@@ -176,7 +178,7 @@ def judged(simulation: Simulation, case: Case) -> Outcome:
     if len(since) < 3:
         return Outcome((*wrong, "nothing to judge"), off, np.nan, np.nan, np.nan, told)
     falls = float(-np.diff(since[:, 1]).min() / case.period)
-    worst = int(since[:, 2].argmax())
+    worst = int(np.where(since[:, 0] >= off + BRAKED, since[:, 2], 0.0).argmax())
     after = since[since[:, 0] >= off + JUDGED]
     end = float(after[0, 1] / height) if len(after) else np.nan
     if base:

@@ -63,7 +63,7 @@ def test_the_base_is_found_where_the_soles_say_it_is(name, rng):
     blind_v[:6] = 0.0
     even, kinematics = np.full(2, 0.5), KinematicsEvaluator(robot)
     found = found_by_contacts(
-        stack, robot.q_half_sitting, (blind_q, blind_v), (lost, even), kinematics
+        robot, stack, robot.q_half_sitting, (blind_q, blind_v), (lost, even), kinematics
     )
     assert found is not None
     apart = pin.difference(robot.model, q, found[0])
@@ -75,7 +75,7 @@ def test_without_a_contact_no_base_is_made_up(hrp2):
     q, v = hrp2.q_half_sitting, np.zeros(hrp2.nv)
     lost, nothing = np.arange(hrp2.nv) < 6, ContactStack([])
     whole, kinematics = (q, v), KinematicsEvaluator(hrp2)
-    assert found_by_contacts(nothing, q, whole, (lost, np.zeros(0)), kinematics) is None
+    assert found_by_contacts(hrp2, nothing, q, whole, (lost, np.zeros(0)), kinematics) is None
     found = FoundByContacts(hrp2, 1e-3, 0.01)
     assert found.follow(nothing, whole, whole, lost, np.zeros(0)) is None
 

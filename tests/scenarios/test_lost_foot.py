@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from equipoise.contacts import Phase
-from equipoise.control.supervisor import Mode
+from equipoise.control.modes import Mode
 from equipoise.errors import ScenarioError
 from equipoise.robots import get_robot
 from equipoise.scenarios import read_scenario

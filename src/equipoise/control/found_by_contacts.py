@@ -62,7 +62,7 @@ class FoundByContacts:
             self._moved[:], self._v[:] = 0.0, last[1]
         self._loads = self._loads + self.gain * (loads - self._loads)
         found = found_by_contacts(
-            contacts, self._from, measured, (lost, self._loads), self._kinematics
+            self.robot, contacts, self._from, measured, (lost, self._loads), self._kinematics
         )
         if found is None:
             return None
@@ -89,6 +89,7 @@ class FoundByContacts:
 
 
 def found_by_contacts(
+    robot: Robot,
     contacts: ContactStack,
     last: Array,
     measured: tuple[Array, Array],
@@ -101,9 +102,9 @@ def found_by_contacts(
     are but a first guess, and (n,) with which loads the supporting contacts count. Least squares
     over all their rows by load: a foot in the air says nothing, one sole of two that slips moves
     the base by half. Lost joints that move no contact stay as guessed. None if the contacts do not
-    hold a lost base in all directions.
+    hold a lost base in all directions. The memory of `kinematics` is used again.
     """
-    robot, (gone, loads) = kinematics.robot, lost
+    gone, loads = lost
     found, rates = measured[0].copy(), measured[1].copy()
     standing = ContactStack([c for c in contacts.contacts if c.supporting])
     base, where = np.flatnonzero(gone[: robot.nv_base]), np.flatnonzero(gone)

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -25,51 +23,11 @@ from equipoise.control.interface import (
     Measurement,
     Reference,
 )
+from equipoise.control.modes import Mode, ModeChange, SupervisorLimits, lost_sensors
 from equipoise.control.safe_hold import SafeHold
-from equipoise.errors import InputError
 from equipoise.kinematics.state import NO_ROTATION
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_array, time_of
-
-
-class Mode(Enum):
-    """What the supervisor lets the robot do; the value is a sentence."""
-
-    RUN = "the law runs on complete measurements"
-    DEGRADED = "the law runs on a substitute, or on its way back to the reference"
-    SAFE = "the posture is held by a slow law, or the robot sinks, damped"
-    STOPPED = "the torque is zero"
-
-
-@dataclass(frozen=True)
-class SupervisorLimits:
-    """When a mode is left, and what is done in SAFE.
-
-    `patience` [s]: how long a lost position or velocity may be bridged. A lost contact force is
-    bridged for ever. `posture_error` [rad or m], `tilt` [rad] of the base and `overspeed`, a share
-    of each joint's speed limit, beyond which the law is switched off. `recovery` [s]: a signal that
-    comes back within it brings the law back, over a `ramp` [s]. `delay` [s] from sensors to torques
-    that SAFE has to bear. `hold_error` [rad or m] and `hold_tilt` [rad] from the held posture
-    beyond which holding is given up. `sinking` [s]: how long the weight is let down before the
-    torque may stop.
-    """
-
-    patience: float = 0.02
-    posture_error: float = 0.8
-    tilt: float = 0.9
-    overspeed: float = 1.5
-    recovery: float = 1.0
-    ramp: float = 1.0
-    delay: float = 0.005
-    hold_error: float = 0.8
-    hold_tilt: float = 0.3
-    sinking: float = 2.0
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"limit {name} must be finite and not negative", given=value)
-
 
 AT_REST = 0.05  # [rad/s] of every joint
 REST_TIME = 0.5  # [s] at rest after which the torque may stop
@@ -77,18 +35,6 @@ SETTLING = 0.3  # [s] in which joints that were moving come back to the posture 
 NOTED_EVERY = 0.02  # [s] between torques that are remembered while the law runs
 NOTED = 25  # of them: half a second
 WHOLE_FOR = 0.01  # [s] that lost signals must have been back
-
-
-@dataclass(frozen=True)
-class ModeChange:
-    """At time `t` [s] the mode became `mode` because of `cause`."""
-
-    t: float
-    mode: Mode
-    cause: str
-
-    def __str__(self) -> str:
-        return f"t = {self.t:.3f} s: mode {self.mode.name.lower()}: {self.cause}"
 
 
 class Supervisor:
@@ -233,6 +179,7 @@ class Supervisor:
         self, t: float, measured: Measurement, reference: Reference
     ) -> tuple[Measurement | None, str]:
         """Return the measurement with substitutes and what is lost, or None past patience."""
+        robot, contacts = self.controller.robot, self.controller.contacts
         forces = self._last.lam if self._last is not None else None
         if self.controller.contacts is not self._contacts:
             self._contacts, forces = self.controller.contacts, None
@@ -249,7 +196,7 @@ class Supervisor:
         since = self._lost_since
         too_long = since is not None and t - since > self.limits.patience
         if not state_whole and (self._last is None or too_long):
-            return None, self._whose(measured)
+            return None, lost_sensors(robot, contacts, measured)
         lam = measured.lam if forces_whole else self._substitute(measured.lam, forces, reference)
         complete = measured._replace(lam=lam)
         if not state_whole and self._last is not None:
@@ -261,7 +208,7 @@ class Supervisor:
                 ask_contacts=False,
             )
         self._last = complete
-        return complete, self._whose(measured)
+        return complete, lost_sensors(robot, contacts, measured)
 
     def _substitute(self, lam: Array, last: Array | None, reference: Reference) -> Array:
         """Return forces in which a lost regulated row is as wanted, a lost other as it was."""
@@ -269,22 +216,6 @@ class Supervisor:
         known = np.zeros(contacts.size) if last is None else last.copy()
         known[contacts.regulated_rows] = reference.lam_ref
         return _patched(lam, known)
-
-    def _whose(self, measured: Measurement) -> str:
-        """Return which sensors are lost, in words."""
-        robot, lost = self.controller.robot, []
-        q_base, v_base = robot.nq_base, robot.nv_base
-        if not _finite(measured.q[:q_base], measured.v[:v_base]):
-            lost.append("the base")
-        missing = ~(np.isfinite(measured.q[q_base:]) & np.isfinite(measured.v[v_base:]))
-        if missing.all():
-            lost.append("all joints")
-        else:
-            lost += [name for name, gone in zip(robot.joint_names, missing, strict=True) if gone]
-        for name, rows in self.controller.contacts.rows.items():
-            if not np.isfinite(measured.lam[rows]).all():
-                lost.append(f"the force of {name}")
-        return f"no measurement of {', '.join(lost)}"
 
     def _trouble(self, measured: Measurement, reference: Reference) -> str:
         """Return why the law had better be off, empty if it need not be."""

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.contacts import ContactPhases, Phase, PhaseChange, PhaseSettings
-from equipoise.control.supervisor import Mode
+from equipoise.control.modes import Mode
 from equipoise.runlog import Channel, TickRecord
 from equipoise.simulation.build.setup import Setup
 from equipoise.simulation.build.walk import WalkSetup

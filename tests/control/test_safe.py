@@ -178,10 +178,12 @@ def test_a_law_that_is_given_up_leaves_a_hand_on_its_wall(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["hrp2", "g1", "romeo"])
-def test_without_a_base_and_five_milliseconds_late_it_stands(name):
-    """Lost for good in MuJoCo: the posture is held as long as one looks."""
-    run = watched(press(name, "mujoco", "duration=2.0", *LATE, silence("base", 0.5, 9.0)))
+@pytest.mark.parametrize(
+    ("name", "at"), [("hrp2", 0.6), ("talos", 0.82), ("g1", 0.6), ("romeo", 0.5)]
+)
+def test_without_a_base_and_five_milliseconds_late_it_stands(name, at):
+    """Lost for good in MuJoCo, while the arm is fast: the posture is held as long as one looks."""
+    run = watched(press(name, "mujoco", "duration=2.2", *LATE, silence("base", at, 9.0)))
     assert run["mode"][-1] == 2
     safe = run["mode"] == 2
     assert run["z"][-1] > 0.97 * run["z"][0]

@@ -35,7 +35,7 @@ def moving(robot, stack, v, steps):
 
 
 def test_a_foot_in_the_air_does_not_move_the_base():
-    """An ankle of the foot that bears nothing turns: the base is where it was; of the other, not."""
+    """The ankle of a foot that bears nothing turns: the base stays. Of the other: it tilts."""
     robot, stack = standing("g1")
     q, kinematics = robot.q_half_sitting, KinematicsEvaluator(robot)
     lost = np.arange(robot.nv) < 6

@@ -24,6 +24,7 @@ from equipoise.control.passivity.gain_advice import (
 )
 from equipoise.control.passivity.gains import ControlGains
 from equipoise.control.passivity.law import PassivityController
+from equipoise.control.passivity.memory import STARTED
 from equipoise.control.passivity.sign import SignFunction
 from equipoise.robots import Robot
 from equipoise.robots.dynamics import JointDynamics
@@ -152,6 +153,8 @@ class SafeHold:
         elif blind != self._blind:
             self._blind = blind
             self._law.gains = self._gains(self._q, blind=blind)
+            if self._law.law.flags[STARTED]:  # what is found is not quite what is measured
+                self._law.take_over(self._law.tau.copy())
         return self._law.step(t, measured, Reference(*self.wanted(t), self._lam_ref))
 
     def damped(self, q: Array, rates: Array, carried: Array) -> Array:

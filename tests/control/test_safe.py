@@ -204,6 +204,21 @@ def test_a_law_that_its_delay_makes_swing_is_caught_standing(name):
     assert run["fastest"][-200:].max() < 1.0
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [(), LATE])
+def test_an_arm_that_is_stopped_does_not_go_looking_for_what_it_was_to_touch(delay):
+    """Stopped at 0.25 s; at 2.0 s the plate's window opens, and the hand is not there."""
+    simulation = Simulation(read_scenario("arm_press", ["duration=2.6", *delay]))
+    supervisor, moved = simulation.controller.supervisor, 0.0
+    for t, record in simulation.ticks():
+        if t >= 0.25:
+            supervisor.give_up(t, "emergency stop")
+        if t > 1.0:
+            moved = max(moved, np.abs(record["v"]).max())
+    assert len(supervisor.changes) == 1
+    assert moved < 0.01
+
+
 def test_beyond_the_time_of_recovery_there_is_no_way_back():
     simulation = press(
         "hrp2", "rigid", "duration=0.6", silence("base", 0.2, 0.5), "control.start=standing"

@@ -70,7 +70,7 @@ class SafeHold:
         self._lam_ref = np.zeros(self._law.contacts.regulated_rows.size)
         self._q_from, self._v_from = self._q, self._still
         self._began, self._stops = -np.inf, STOPPING
-        self._blind = False
+        self._blind, self._touching = False, frozenset(contacts.rows)
 
     def _made(self, contacts: ContactStack) -> PassivityController:
         return PassivityController(
@@ -109,6 +109,7 @@ class SafeHold:
         """
         if contacts.contacts != self._law.contacts.contacts:
             self._law = self._made(contacts)
+        self._touching = frozenset(contacts.rows)
         fastest = float(np.abs(measured.v).max(initial=0.0))
         self._began, self._stops = t, min(STOPPING, 2.0 * ROOM / max(fastest, 1e-9))
         self._q_from, self._v_from = measured.q.copy(), measured.v.copy()
@@ -146,8 +147,11 @@ class SafeHold:
     ) -> Command:
         """Return the torque that holds the posture; `measured` as for a controller.
 
-        `blind`: the base is not measured but found by the contacts.
+        `blind`: the base is not measured but found by the contacts. A hand that was to touch
+        something later does not come there: what was not touched at the beginning is not pressed.
         """
+        measured = measured._replace(lam=measured.lam[self._rows(contacts)])
+        contacts = self._touched(contacts)
         if contacts.contacts != self._law.contacts.contacts:
             self.begin(t, contacts, measured, self._law.tau.copy(), blind=blind)
         elif blind != self._blind:
@@ -156,6 +160,17 @@ class SafeHold:
             if self._law.law.flags[STARTED]:  # what is found is not quite what is measured
                 self._law.take_over(self._law.tau.copy())
         return self._law.step(t, measured, Reference(*self.wanted(t), self._lam_ref))
+
+    def _touched(self, contacts: ContactStack) -> ContactStack:
+        """Return the contacts that carry, or were there when the hold began."""
+        kept = [c for c in contacts.contacts if c.supporting or c.name in self._touching]
+        return contacts if len(kept) == len(contacts.contacts) else ContactStack(kept)
+
+    def _rows(self, contacts: ContactStack) -> Array:
+        """Return which rows of all contacts those have."""
+        touched = self._touched(contacts)
+        rows = [np.arange(contacts.size)[contacts.rows[c.name]] for c in touched.contacts]
+        return np.concatenate(rows) if rows else np.zeros(0, dtype=int)
 
     def damped(self, q: Array, rates: Array, carried: Array) -> Array:
         """Return the torque (na,) that brakes joint `rates` (na,) and still carries some weight.
@@ -178,10 +193,13 @@ class SafeHold:
             "from": (self._q_from.copy(), self._v_from.copy()),
             "times": (self._began, self._stops),
             "blind": self._blind,
+            "touching": self._touching,
         }
 
     def restore(self, state: Mapping[str, Any], contacts: ContactStack) -> None:
         """Continue from what `state` returned, on the contacts that hold."""
+        self._touching = state["touching"]
+        contacts = self._touched(contacts)
         if contacts.contacts != self._law.contacts.contacts:
             self._law = self._made(contacts)
         self._q, self._lam_ref = state["q"].copy(), state["lam_ref"].copy()

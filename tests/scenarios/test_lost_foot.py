@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from equipoise.control.supervisor import Mode
+from equipoise.control.modes import Mode
 from equipoise.errors import ScenarioError
 from equipoise.robots import get_robot
 from equipoise.scenarios import read_scenario

@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from equipoise.cli import cli
+from equipoise.control.modes import Mode
 from equipoise.control.rivals.kinds import RIVALS
-from equipoise.control.supervisor import Mode
 from equipoise.errors import ScenarioError
 from equipoise.scenarios import read_scenario
 from equipoise.simulation.build.rivals import known_robot, tuned_rival

@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 from equipoise import LoopSettings, RigidContactEngine, WholeBodyController
-from equipoise.control.supervisor import Mode
+from equipoise.control.modes import Mode
 from equipoise.errors import InputError
 from equipoise.motion import live_reach
 from equipoise.robots import get_robot

@@ -20,6 +20,7 @@ from equipoise.control.interface import (
     Reference,
 )
 from equipoise.control.kinds import CONTROLLERS, register_controller
+from equipoise.control.modes import Mode, ModeChange, SupervisorLimits
 from equipoise.control.passivity.gain_advice import (
     GainAdvice,
     SoftFloorGains,
@@ -34,7 +35,7 @@ from equipoise.control.passivity.manifolds import ForceManifold, PostureManifold
 from equipoise.control.passivity.nearest import NearestVelocity
 from equipoise.control.passivity.program import LoadSplit
 from equipoise.control.passivity.sign import SignFunction
-from equipoise.control.supervisor import Mode, ModeChange, Supervisor, SupervisorLimits
+from equipoise.control.supervisor import Supervisor
 from equipoise.renamed import old_names_of
 
 __all__ = [

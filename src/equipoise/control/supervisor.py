@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -16,8 +14,8 @@ import pinocchio as pin
 
 from equipoise.contacts import ContactStack
 from equipoise.contacts.pull import least_regulated
-from equipoise.control.base_from_contacts import BaseFromContacts
 from equipoise.control.base_wrench.foot_bounds import ReactionBounds
+from equipoise.control.bridging import Bridge
 from equipoise.control.interface import (
     Command,
     Controller,
@@ -25,71 +23,18 @@ from equipoise.control.interface import (
     Measurement,
     Reference,
 )
+from equipoise.control.modes import Mode, ModeChange, SupervisorLimits, lost_sensors
 from equipoise.control.safe_hold import SafeHold
-from equipoise.errors import InputError
 from equipoise.kinematics.state import NO_ROTATION
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_array, time_of
 
-
-class Mode(Enum):
-    """What the supervisor lets the robot do; the value is a sentence."""
-
-    RUN = "the law runs on complete measurements"
-    DEGRADED = "the law runs on a substitute, or on its way back to the reference"
-    SAFE = "the posture is held by a slow law, or the robot sinks, damped"
-    STOPPED = "the torque is zero"
-
-
-@dataclass(frozen=True)
-class SupervisorLimits:
-    """When a mode is left, and what is done in SAFE.
-
-    `patience` [s]: how long a lost position or velocity may be bridged. A lost contact force is
-    bridged for ever. `posture_error` [rad or m], `tilt` [rad] of the base and `overspeed`, a share
-    of each joint's speed limit, beyond which the law is switched off. `recovery` [s]: a signal that
-    comes back within it brings the law back, over a `ramp` [s]. `delay` [s] from sensors to torques
-    that SAFE has to bear. `hold_error` [rad or m] and `hold_tilt` [rad] from the held posture
-    beyond which holding is given up. `sinking` [s]: how long the weight is let down before the
-    torque may stop.
-    """
-
-    patience: float = 0.02
-    posture_error: float = 0.8
-    tilt: float = 0.9
-    overspeed: float = 1.5
-    recovery: float = 1.0
-    ramp: float = 1.0
-    delay: float = 0.005
-    hold_error: float = 0.8
-    hold_tilt: float = 0.3
-    sinking: float = 2.0
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"limit {name} must be finite and not negative", given=value)
-
-
-BASE_FILTER = 5.0  # of the delay: four robots stood in MuJoCo with 4 to 6, at 5 ms
 AT_REST = 0.05  # [rad/s] of every joint
 REST_TIME = 0.5  # [s] at rest after which the torque may stop
 SETTLING = 0.3  # [s] in which joints that were moving come back to the posture that is held
 NOTED_EVERY = 0.02  # [s] between torques that are remembered while the law runs
 NOTED = 25  # of them: half a second
 WHOLE_FOR = 0.01  # [s] that lost signals must have been back
-
-
-@dataclass(frozen=True)
-class ModeChange:
-    """At time `t` [s] the mode became `mode` because of `cause`."""
-
-    t: float
-    mode: Mode
-    cause: str
-
-    def __str__(self) -> str:
-        return f"t = {self.t:.3f} s: mode {self.mode.name.lower()}: {self.cause}"
 
 
 class Supervisor:
@@ -116,9 +61,7 @@ class Supervisor:
         self.safe = SafeHold(
             controller.robot, controller.contacts, controller.dt, self.limits.delay, bounds=bounds
         )
-        self._base = BaseFromContacts(
-            controller.robot, controller.dt, BASE_FILTER * self.limits.delay
-        )
+        self._bridge = Bridge(controller.robot, controller.dt, self.limits.delay)
         self._last: Measurement | None = None
         self._lost_since: float | None = None
         self._contacts = controller.contacts
@@ -153,7 +96,10 @@ class Supervisor:
 
         Copied: a loop may write every measurement into one array, and scale a torque in place.
         """
-        self._last, self._lost_since = _copied(measured), None
+        self._last = _copied(measured)
+        if self._lost_since is not None:
+            self._lost_since = None
+            self._bridge.forget()
         self._tau = tau.copy()
         self._contacts = self.controller.contacts
         if t >= self._note_at:
@@ -177,7 +123,7 @@ class Supervisor:
             "q_from": None if self._q_from is None else self._q_from.copy(),
             "lam_from": self._lam_from.copy(),
             "safe": self.safe.state() if self.mode is Mode.SAFE else None,
-            "base": self._base.state(),
+            "bridge": self._bridge.state(),
             **{name: getattr(self, f"_{name}") for name in _TIMES},
         }
 
@@ -191,7 +137,7 @@ class Supervisor:
         for name in _TIMES:
             setattr(self, f"_{name}", state[name])
         self._contacts = self.controller.contacts
-        self._base.restore(state["base"])
+        self._bridge.restore(state["bridge"])
         if state["safe"] is not None:
             self.safe.restore(state["safe"], self._contacts)
 
@@ -233,6 +179,7 @@ class Supervisor:
         self, t: float, measured: Measurement, reference: Reference
     ) -> tuple[Measurement | None, str]:
         """Return the measurement with substitutes and what is lost, or None past patience."""
+        robot, contacts = self.controller.robot, self.controller.contacts
         forces = self._last.lam if self._last is not None else None
         if self.controller.contacts is not self._contacts:
             self._contacts, forces = self.controller.contacts, None
@@ -240,36 +187,28 @@ class Supervisor:
         forces_whole = _finite(measured.lam)
         if state_whole:
             self._lost_since = None
+            self._bridge.forget()
         elif self._lost_since is None:
             self._lost_since = t
         if state_whole and forces_whole:
             self._last = measured
-            self._base.forget()
             return measured, ""
         since = self._lost_since
         too_long = since is not None and t - since > self.limits.patience
         if not state_whole and (self._last is None or too_long):
-            return None, self._whose(measured)
+            return None, lost_sensors(robot, contacts, measured)
         lam = measured.lam if forces_whole else self._substitute(measured.lam, forces, reference)
         complete = measured._replace(lam=lam)
         if not state_whole and self._last is not None:
-            complete = self._bridged(measured, self._last)._replace(lam=lam)
+            complete = self._bridge.fill(
+                self.controller.contacts,
+                complete,
+                self._last,
+                (reference.q_ref, reference.v_ref),
+                ask_contacts=False,
+            )
         self._last = complete
-        return complete, self._whose(measured)
-
-    def _bridged(self, measured: Measurement, last: Measurement) -> Measurement:
-        """Return a state without holes: a lost joint where it was, a lost base by its contacts."""
-        robot = self.controller.robot
-        q, v = _patched(measured.q, last.q), _patched(measured.v, last.v)
-        if not _finite(measured.q[: robot.nq_base], measured.v[: robot.nv_base]):
-            found = self._base.follow(self.controller.contacts, last.q, q, v)
-            if found is not None:
-                q, v = found
-        else:
-            self._base.forget()
-        if robot.nq_base == 7:
-            q[3:7] /= np.linalg.norm(q[3:7])
-        return Measurement(q, v, measured.lam)
+        return complete, lost_sensors(robot, contacts, measured)
 
     def _substitute(self, lam: Array, last: Array | None, reference: Reference) -> Array:
         """Return forces in which a lost regulated row is as wanted, a lost other as it was."""
@@ -277,22 +216,6 @@ class Supervisor:
         known = np.zeros(contacts.size) if last is None else last.copy()
         known[contacts.regulated_rows] = reference.lam_ref
         return _patched(lam, known)
-
-    def _whose(self, measured: Measurement) -> str:
-        """Return which sensors are lost, in words."""
-        robot, lost = self.controller.robot, []
-        q_base, v_base = robot.nq_base, robot.nv_base
-        if not _finite(measured.q[:q_base], measured.v[:v_base]):
-            lost.append("the base")
-        missing = ~(np.isfinite(measured.q[q_base:]) & np.isfinite(measured.v[v_base:]))
-        if missing.all():
-            lost.append("all joints")
-        else:
-            lost += [name for name, gone in zip(robot.joint_names, missing, strict=True) if gone]
-        for name, rows in self.controller.contacts.rows.items():
-            if not np.isfinite(measured.lam[rows]).all():
-                lost.append(f"the force of {name}")
-        return f"no measurement of {', '.join(lost)}"
 
     def _trouble(self, measured: Measurement, reference: Reference) -> str:
         """Return why the law had better be off, empty if it need not be."""
@@ -339,7 +262,8 @@ class Supervisor:
             return
         if not lost:
             self._tau = self._carrying()
-        self.safe.begin(self.controller.contacts, self._last, self._tau)
+        self.safe.begin(t, self.controller.contacts, self._last, self._tau)
+        self._bridge.hand_over()
 
     def _carrying(self) -> Array:
         """Return the torque (na,) that has carried the robot while the law ran."""
@@ -363,12 +287,19 @@ class Supervisor:
             return None
         same = last.lam.shape == measured.lam.shape  # contacts may have come and gone meanwhile
         forces = _patched(measured.lam, last.lam if same else np.zeros_like(measured.lam))
-        known = self._bridged(measured, last)._replace(lam=forces)
+        known = self._bridge.fill(
+            contacts,
+            measured._replace(lam=forces),
+            last,
+            self.safe.wanted(t),
+            ask_contacts=True,
+        )
         away = self._away(t, known.q)
         if away:
             self._sink(t, away)
             return None
-        command = self.safe.step(t, known, contacts)
+        blind = not _finite(measured.q[: robot.nq_base], measured.v[: robot.nv_base])
+        command = self.safe.step(t, known, contacts, blind=blind)
         if command.status is ControlStatus.HELD:
             self._sink(t, "the posture cannot be held")
             return None
@@ -408,8 +339,16 @@ class Supervisor:
         tau = np.zeros(robot.na)
         if self.mode is Mode.SAFE:
             share = max(1.0 - (t - self._sinking_since) / max(self.limits.sinking, 1e-9), 0.0)
-            tau = self.safe.damped(rates, share * self._carrying())
+            tau = self.safe.damped(self._posture(measured), rates, share * self._carrying())
         return _unnamed(tau, robot.nv, self.controller.contacts)
+
+    def _posture(self, measured: Measurement) -> Array:
+        """Return where the joints are (nq,), as far as anybody knows; what is not known stays."""
+        robot, last = self.controller.robot, self._last
+        q = robot.q_half_sitting.copy() if last is None else last.q.copy()
+        joints = measured.q[robot.nq_base :]
+        q[robot.nq_base :] = np.where(np.isfinite(joints), joints, q[robot.nq_base :])
+        return q
 
     def _look_for_rest(self, t: float, rates: Array) -> None:
         """Stop where everything has come to rest, or where nothing can be damped."""
@@ -438,6 +377,7 @@ class Supervisor:
         if t - self._whole_since < WHOLE_FOR:
             return False
         self._last, self._lost_since = measured, None
+        self._bridge.forget()
         self._ramp_since, self._q_from = t, measured.q.copy()
         self._lam_from = self.safe.pressed.copy()
         self.controller.reset()

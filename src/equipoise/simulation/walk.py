@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from equipoise.contacts import ContactPhases, ContactStack, Phase, PhaseChange, PhaseSettings
-from equipoise.control.supervisor import Mode
+from equipoise.control.modes import Mode
 from equipoise.robots import Robot
 from equipoise.runlog import Channel, TickRecord
 from equipoise.simulation.build.walk import WalkSetup

@@ -25,9 +25,9 @@ from equipoise.control import (
     Supervisor,
 )
 from equipoise.control.interface import write_vector
+from equipoise.control.modes import Mode
 from equipoise.control.passivity.law import KEEPS, STATUS, Keep, require_support
 from equipoise.control.passivity.program import LawProgram
-from equipoise.control.supervisor import Mode
 from equipoise.errors import InputError, NameNotFoundError, ShapeError
 from equipoise.given import mapping_of
 from equipoise.hqp import HierarchySolver, Status, make_solver

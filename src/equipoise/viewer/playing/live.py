@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from equipoise.contacts import Contact, ContactStack, PointContact, SoleContact
-from equipoise.control.supervisor import Mode
+from equipoise.control.modes import Mode
 from equipoise.motion.levels import bound_accelerations
 from equipoise.physics import DivergedError
 from equipoise.robots import Robot

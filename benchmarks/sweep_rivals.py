@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from equipoise.control.supervisor import Mode
+from equipoise.control.modes import Mode
 from equipoise.errors import EquipoiseError
 from equipoise.scenarios import read_scenario
 from equipoise.simulation.simulation import Simulation

@@ -37,6 +37,7 @@ from equipoise.tasks import (
     ComPolygonTask,
     ContactTask,
     FloorSupportTask,
+    FramePoseTask,
     KernelTask,
     Task,
 )
@@ -150,7 +151,7 @@ class MotionProgram:
             f"search{k}.{name}" for k in range(len(self.fades) + 1) for name in SEARCH_MEMORY
         )
         live = ("targets.numbers",) if self.targets.live else ()
-        lean = ("tasks.numbers",) if self.leans else ()
+        lean = ("tasks.numbers",) if self.leans or self.waits else ()
         return ("reference.q", "tasks.v_ref", "tasks.clock", *searches, *live, *lean)
 
     @property
@@ -162,6 +163,13 @@ class MotionProgram:
         return self.robot.nv_base == 6 and any(
             isinstance(one.task, ComPolygonTask | FloorSupportTask) and one.task.leans
             for one in self.kernel_tasks
+        )
+
+    @property
+    def waits(self) -> bool:
+        """Whether a frame remembers that its target is out of reach."""
+        return any(
+            isinstance(one.task, FramePoseTask) and one.task.remembers for one in self.kernel_tasks
         )
 
     def fill(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:

@@ -17,11 +17,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from equipoise.compiled import compiled, inlined
-from equipoise.compiled.workspace import vector
+from equipoise.compiled.workspace import matrix, vector
 from equipoise.errors import InputError
-from equipoise.kinematics.kernels import VELOCITY
+from equipoise.given import require_kind
+from equipoise.kinematics.kernels import FRAMES, VELOCITY
+from equipoise.kinematics.kernels import JOINTS as PLACES
 from equipoise.robots import Robot, require_robot
+from equipoise.robots.arm_span import ArmSpan
 from equipoise.spatial import Array
+from equipoise.spatial.kernels import crossed, turned
 from equipoise.spatial.numbers import (
     not_negative,
     positive,
@@ -33,10 +37,18 @@ from equipoise.spatial.numbers import (
 from equipoise.tasks.view import TaskView, joint_positions
 
 # entries of the numbers; then for each joint its weight, its change, its fastest, its home
-PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING, EACH = range(9)
+PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING = range(8)
+# the shoulder (a joint, or -1: always calm), the wrist in the frame (3,), from where on it is out
+# of reach; and what is remembered: how calm the joints are kept, from 1 to 0, whether the frame
+# was left behind and has not caught up, by how much it misses what is out of reach
+SHOULDER, WRIST, OUT, CALM, LATE, MISSED = 8, 9, 12, 13, 14, 15
+EACH = 16
 FREE = 0.02  # [m] from the target nothing is damped
 FULL = 0.1  # [m] beyond which a target is not followed in its speed, and the damping is whole
 LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
+FOLLOWED = 0.005  # [m] within which a frame follows its target well
+STRETCHED = 0.1  # share of its usual mobility, squared, below which an arm is stretched that way
+LEAVING = 0.5  # [s] in which calm joints become free again
 
 
 @dataclass(frozen=True)
@@ -53,7 +65,10 @@ class Reach:
     the distance falls, so that a target that is followed well is followed exactly. `home` (na,) is
     where a joint that is damped goes by itself, by at most `homing` [rad/s] over its weight: a
     straight arm that is called back has to begin to bend somehow. `period` [s] is that of the
-    generator.
+    generator. With a `span` all of this is only for what the arm cannot get to: it begins when the
+    target's wrist is farther from the shoulder than `out` [m], the arm is stretched that way and
+    the frame more than 5 mm behind; it ends when the target is back and the frame follows it well,
+    or the arm is bent. Before and after the target is followed exactly, as without a reach.
     Source: Sugihara 2011 (Levenberg-Marquardt); the mass in place of a damping that grows with the
     error is ours: it keeps the velocity continuous where following turns into being drawn.
     Raises: `InputError`, `ShapeError`.
@@ -71,6 +86,8 @@ class Reach:
     close: float = 0.0
     home: Array | None = None
     homing: float = 0.05
+    span: ArmSpan | None = None
+    out: float = math.inf
 
     def __post_init__(self) -> None:
         require_robot("the robot whose joints a reach damps", self.robot)
@@ -78,6 +95,9 @@ class Reach:
         for name in ("damping", "close", "homing"):
             not_negative(f"the {name} of a reach", getattr(self, name))
         positive("the mass of a reach", self.mass, "s")
+        if self.span is not None:
+            require_kind("the span of a reach", self.span, ArmSpan)
+            positive("the distance from which on a reach is out", self.out, "m")
         for name in ("pull", "pull_turn"):
             drawn = real_number(f"the {name.replace('_', ' ')}", getattr(self, name), finite=False)
             if not drawn > 0.0:
@@ -101,41 +121,112 @@ class Reach:
         """What the kernel needs, in the order of its entries."""
         alike = [self.pull, self.pull_turn, self.damping, self.mass, self.period, self.robot.na]
         alike += [self.close, 0.0 if self.home is None else self.homing]
+        alike += [-1.0] + [0.0] * 7
+        if self.span is not None:
+            alike[SHOULDER : OUT + 1] = [self.span.shoulder, *self.span.p_frame_wrist, self.out]
+        else:
+            alike[CALM] = 1.0
         home = np.zeros(self.robot.na) if self.home is None else self.home
         return np.concatenate((alike, *map(self._each, ("weights", "change", "fastest")), home))
 
 
 @compiled
 def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, float]) -> None:
-    """Write the six rows of a frame with its pull bounded, and a row for each joint below them."""
+    """Bound the pull of the six rows of a frame, and write a row for each joint below them."""
     lower, at, numbers, target = task.lower, task.at, task.numbers, task.target
     far = math.sqrt(error[0] ** 2 + error[1] ** 2 + error[2] ** 2)
     angle = math.sqrt(error[3] ** 2 + error[4] ** 2 + error[5] ** 2)
     beyond = max(far - FREE, 0.0) + max(LEVER * angle - FREE, 0.0)
     near = max(far + LEVER * angle, 1e-9)
-    faster = numbers[CLOSE] / near if near < numbers[CLOSE] else 1.0
-    share = min(beyond / FULL, 1.0)
+    na, share = int(numbers[JOINTS]), min(beyond / FULL, 1.0)
+    if numbers[SHOULDER] >= 0.0:
+        share *= remember(task, far, near, beyond)
+        if numbers[CALM] == 0.0:
+            for row in range(at + 6, at + 6 + na):
+                task.lower[row], task.upper[row] = -np.inf, np.inf
+        if numbers[LATE] == 0.0:
+            return
     for i in range(6):
         lower[at + i] = task.rate * error[i]
     shorten(lower, at, numbers[PULL])
     shorten(lower, at + 3, numbers[PULL_TURN])
     for i in range(6):
         lower[at + i] += (1.0 - share) * target[12 + i]
+    if numbers[CALM] > 0.0:
+        calm_joints(task, beyond, near)
+
+
+@compiled
+def calm_joints(task: TaskView, beyond: float, near: float) -> None:
+    """Write a row for each joint: damped with a mass where the frame is behind, else bounded."""
+    at, numbers, calm = task.at, task.numbers, task.numbers[CALM]
+    faster = numbers[CLOSE] / near if near < numbers[CLOSE] else 1.0
     before, na = vector(task.state, VELOCITY), int(numbers[JOINTS])
     first, dt, inertia = task.A.shape[1] - na, numbers[PERIOD], numbers[MASS] / numbers[PERIOD]
-    resistance = numbers[DAMPING] ** 2 * share if beyond > 0.0 else 0.0
+    damped = beyond > 0.0 and calm == 1.0
+    resistance = numbers[DAMPING] ** 2 * min(beyond / FULL, 1.0) if damped else 0.0
     w, q = math.sqrt(inertia + resistance), joint_positions(task.state, na)
     for i in range(na):
         row, weight, change = at + 6 + i, w * numbers[EACH + i], 0.0
         most = numbers[HOMING] / numbers[EACH + i]
         home = min(max(numbers[EACH + 3 * na + i] - q[i], -most), most)
         kept = (inertia * before[first + i] + resistance * home) / (inertia + resistance)
-        fastest = numbers[EACH + 2 * na + i] * faster
-        if beyond == 0.0:
-            change = numbers[EACH + na + i] * dt
+        fastest = numbers[EACH + 2 * na + i] * faster / calm
+        if not damped:
+            change = numbers[EACH + na + i] * dt / calm
         task.A[row, first + i] = weight
         task.lower[row] = weight * min(max(-fastest, kept - change), kept + change)
         task.upper[row] = weight * min(max(fastest, kept - change), kept + change)
+
+
+@compiled
+def remember(task: TaskView, far: float, near: float, beyond: float) -> float:
+    """Remember whether the target is out of reach and how calm joints are; return how far out.
+
+    That is from 0, at the edge of the reach, to 1.
+    """
+    numbers, T = task.numbers, matrix(task.state, FRAMES)[task.frame]
+    s = matrix(task.state, PLACES)[int(numbers[SHOULDER])]
+    rx, ry, rz = turned(T, numbers[WRIST], numbers[WRIST + 1], numbers[WRIST + 2])
+    px, py, pz = T[9] + rx, T[10] + ry, T[11] + rz
+    wx, wy, wz = turned(task.target, numbers[WRIST], numbers[WRIST + 1], numbers[WRIST + 2])
+    wx, wy, wz = task.target[9] + wx, task.target[10] + wy, task.target[11] + wz
+    away = math.sqrt((wx - s[9]) ** 2 + (wy - s[10]) ** 2 + (wz - s[11]) ** 2) - numbers[OUT]
+    hand = math.sqrt((px - s[9]) ** 2 + (py - s[10]) ** 2 + (pz - s[11]) ** 2) - numbers[OUT]
+    out, numbers[MISSED] = away > 0.0, 0.0
+    behind = out and near > FOLLOWED
+    if behind and numbers[CALM] < 1.0 and mobility(task, wx - px, wy - py, wz - pz) < STRETCHED:
+        numbers[CALM] = numbers[LATE] = 1.0
+    if behind and numbers[CALM] == 1.0:
+        numbers[MISSED] = far
+    if not out and (hand < 0.0 or near < FOLLOWED):
+        numbers[CALM] = max(numbers[CALM] - numbers[PERIOD] / LEAVING, 0.0)
+    if numbers[CALM] == 0.0 and beyond == 0.0:
+        numbers[LATE] = 0.0
+    return min(max(away / FULL, 0.0), 1.0)
+
+
+@compiled
+def mobility(task: TaskView, x: float, y: float, z: float) -> float:
+    """Return how well light joints move the wrist along (x, y, z): 1 for as well as any other way.
+
+    It is |J^T n|^2 over a third of |J|^2, in which joints count by their weights.
+    """
+    numbers, A, at, na = task.numbers, task.A, task.at, int(task.numbers[JOINTS])
+    T, first = matrix(task.state, FRAMES)[task.frame], A.shape[1] - na
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0.0:
+        return 1.0
+    nx, ny, nz = x / length, y / length, z / length
+    rx, ry, rz = turned(T, numbers[WRIST], numbers[WRIST + 1], numbers[WRIST + 2])
+    along, whole = 0.0, 0.0
+    for i in range(na):
+        c, w = first + i, numbers[EACH + i]
+        x, y, z = crossed(A[at + 3, c], A[at + 4, c], A[at + 5, c], rx, ry, rz)
+        x, y, z = (A[at, c] + x) / w, (A[at + 1, c] + y) / w, (A[at + 2, c] + z) / w
+        along += (nx * x + ny * y + nz * z) ** 2
+        whole += x * x + y * y + z * z
+    return 3.0 * along / whole if whole > 0.0 else 0.0
 
 
 @inlined

@@ -10,6 +10,7 @@ stream of targets is followed without a lag.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -22,8 +23,9 @@ from equipoise.spatial.kernels import (
     rotation_difference,
     rotation_matrix,
     rotation_rate,
+    turned,
 )
-from equipoise.spatial.numbers import real_list, real_number
+from equipoise.spatial.numbers import positive, real_list, real_number, real_vector
 from equipoise.spatial.poses import rigid, rigid_row
 from equipoise.trajectories.base import LIVE, ROW, CompiledTrajectory, instant
 from equipoise.trajectories.minimum_jerk import FASTEST, SHARPEST
@@ -31,12 +33,14 @@ from equipoise.trajectories.posting import LONG_AGO, counts, faded, seconds
 
 # numbers of a live target: how many were taken, when the last one was, the settings; pose row [12]
 # and twist [6] at that time; when the fade began, the three derivatives of what is faded [3, 6],
-# how long its way and its rate take, what bounds both; then what is posted: its count, pose row,
-# twist, and whether the twist is known
+# how long its way and its rate take, what bounds both; the ball that an arm reaches: its centre,
+# the point of the target that has to be inside, its radius, and what bounds the fade of a target
+# outside; then what is posted: its count, pose row, twist, and whether the twist is known
 TAKEN, SINCE, FADE, HOLD, SMOOTHING = range(5)
 BASE, TWIST, FADE_SINCE, OFFSET = 5, 17, 23, 24
 SPAN, BRAKE, SPEED, ACCELERATION, TURN, TURN_ACCELERATION = range(42, 48)
-POSTED = 48
+CENTRE, POINT, RADIUS, PACE = 48, 51, 54, 55
+POSTED = 59
 NEW, NEW_TWIST, KNOWN = POSTED + 1, POSTED + 13, POSTED + 19
 COUNT = KNOWN + 1
 
@@ -47,6 +51,18 @@ ESTIMATE, ESTIMATE_TURN = 10.0, 40.0  # [m/s^2], [rad/s^2] how fast an estimated
 AT_REST = [0.0] * 6
 BRAKING = 3.95  # greatest bend of the quintic that brakes from a rate of one in a unit of time
 LONGEST = 0.01  # [s] of one change of an estimate
+
+
+@dataclass(frozen=True)
+class Ball:
+    """What an arm reaches: `point` (3,) of a target [m] lies in it, in its own axes.
+
+    `centre` (3,) [m] in the world, `radius` [m].
+    """
+
+    centre: Array
+    point: Array
+    radius: float
 
 
 class LiveTarget(CompiledTrajectory):
@@ -79,7 +95,8 @@ class LiveTarget(CompiledTrajectory):
         rigid("the pose of a live target", T_world_target)
         numbers = np.zeros(COUNT)
         bounds = (speed, acceleration, turn, turn_acceleration)
-        for place, name, value in zip(range(SPEED, POSTED), BOUNDS, bounds, strict=True):
+        numbers[RADIUS] = numbers[PACE:POSTED] = math.inf
+        for place, name, value in zip(range(SPEED, CENTRE), BOUNDS, bounds, strict=True):
             numbers[place] = real_number(f"the {name} of a live target", value, finite=False)
             if not numbers[place] > 0.0:
                 raise InputError(f"the {name} of a live target must be positive", given=value)
@@ -104,6 +121,17 @@ class LiveTarget(CompiledTrajectory):
             moving, known = real_list("the twist of a live target", twist, 6), 1.0
         posted = np.array([next(counts), *row, *moving, known])
         self._posted = posted  # one step: another thread sees the whole of it, or nothing
+
+    def pace_outside(self, ball: Ball, pace: Array) -> None:
+        """Let a jump to what is outside of a ball, or back from there, keep a pace (4,).
+
+        That is a speed [m/s], an acceleration [m/s^2], and the same of turns [rad]. Jumps inside
+        are as they were.
+        """
+        self._numbers[CENTRE:POINT] = real_vector("the centre of a ball", ball.centre, 3)
+        self._numbers[POINT:RADIUS] = real_vector("the point of a ball", ball.point, 3)
+        self._numbers[RADIUS] = positive("the radius of a ball", ball.radius, "m")
+        self._numbers[PACE:POSTED] = real_vector("the pace of a live target", pace, 4)
 
     def post(self) -> None:
         """Hand what was set last to the numbers that the tick works with."""
@@ -225,6 +253,14 @@ def take(n: np.ndarray, t: float) -> None:
 
 
 @compiled
+def is_outside(n: np.ndarray, row: np.ndarray) -> bool:
+    """Tell whether the point of a target's row is outside of the ball."""
+    x, y, z = turned(row, n[POINT], n[POINT + 1], n[POINT + 2])
+    x, y, z = row[9] + x - n[CENTRE], row[10] + y - n[CENTRE + 1], row[11] + z - n[CENTRE + 2]
+    return x * x + y * y + z * z > n[RADIUS] * n[RADIUS]
+
+
+@compiled
 def estimate(n: np.ndarray, t: float) -> None:
     """Write the twist of what was posted, from how far it is from what was taken before."""
     gap = t - n[SINCE]
@@ -273,8 +309,12 @@ def fade_from(n: np.ndarray, t: float, shown: np.ndarray, apart: np.ndarray) -> 
     n[OFFSET + 10] = w[1] - 0.5 * ay + g * by
     n[OFFSET + 11] = w[2] - 0.5 * az + g * bz
     n[SPAN] = n[BRAKE] = n[FADE]
+    paced = is_outside(n, n[BASE:TWIST]) or is_outside(n, shown)
     for part in range(2):  # of place, of rotation
         at, fastest, change = OFFSET + 3 * part, n[SPEED + 2 * part], n[ACCELERATION + 2 * part]
+        if paced:
+            fastest = min(fastest, n[PACE + 2 * part])
+            change = min(change, n[PACE + 2 * part + 1])
         far = math.sqrt(n[at] ** 2 + n[at + 1] ** 2 + n[at + 2] ** 2)
         rate = math.sqrt(n[at + 6] ** 2 + n[at + 7] ** 2 + n[at + 8] ** 2)
         n[SPAN] = max(n[SPAN], FASTEST * far / fastest, math.sqrt(SHARPEST * far / change))

@@ -142,7 +142,7 @@ def run_case(case: Case, **task) -> Outcome:
     for k in range(n):
         t = k * dt
         wanted = where(t, home, far, case.how)
-        if (wanted.translation != last.translation).any():
+        if case.how == "drag" or (wanted.translation != last.translation).any():
             hand.target = last = wanted
         command = controller.step(t, state.q, state.v, state.lam)
         if controller.supervisor.mode is not Mode.RUN:

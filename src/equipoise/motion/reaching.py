@@ -55,10 +55,10 @@ def live_reach(
     q = robot.q_half_sitting if q is None else real_vector("q", q, robot.nq)
     floating = robot.nv_base == 6  # a base to balance
     weights = _weights(robot, q, LIGHT_LIVE) if floating else np.ones(robot.na)
-    span, out = None, np.inf
-    if frame is not None:
-        span = arm_span(robot, frame, q)
-        out = np.inf if span is None else _edge(span.surely, _distance(robot, q, frame, span))
+    span, edges = None, (np.inf, np.inf)
+    if frame is not None and (span := arm_span(robot, frame, q)) is not None:
+        home = _distance(robot, q, frame, span)
+        edges = _edge(span.surely, home), _edge(span.longest, home)
     return Reach(
         robot,
         period,
@@ -69,7 +69,7 @@ def live_reach(
         home=q[robot.nq_base :],
         homing=HOMING,
         span=span,
-        out=out,
+        edges=edges,
     )
 
 
@@ -90,17 +90,15 @@ def wait_where_out_of_reach(
         if reach.span is None:
             continue  # no arm: a foot, a head
         task.wait_where_out_of_reach(reach)
-        span, kin = reach.span, robot.at(q)
-        longest = _edge(span.longest, _distance(robot, q, task.frame, span))
-        centre = kin.joint_placement(span.shoulder).translation
-        task.target.pace_outside(Ball(centre, span.p_frame_wrist, longest), np.array(PACE))
+        span = reach.span
+        ball = Ball(span.p_world_shoulder, span.p_frame_wrist, reach.edges[1])
+        task.target.pace_outside(ball, np.array(PACE))
 
 
 def _distance(robot: Robot, q: Array, frame: str | int, span: ArmSpan) -> float:
     """Return how far [m] the wrist is from the shoulder at `q` (nq,)."""
-    kin = robot.at(q)
-    wrist = kin.placement(frame).act(span.p_frame_wrist)
-    return float(np.linalg.norm(wrist - kin.joint_placement(span.shoulder).translation))
+    wrist = robot.at(q).placement(frame).act(span.p_frame_wrist)
+    return float(np.linalg.norm(wrist - span.p_world_shoulder))
 
 
 def _edge(length: float, home: float) -> float:

@@ -20,7 +20,7 @@ ORIGIN_COUNTS = 1e-3  # weight of a wrist's origin beside its axes, where these 
 
 @dataclass(frozen=True)
 class ArmSpan:
-    """An arm that carries a frame: its `shoulder` (a joint), its wrist (3,) [m] in the frame.
+    """An arm that carries a frame: its `shoulder` (a joint, and where it is at `q`), its wrist (3,) [m] in the frame.
 
     The wrist is the point of the frame that moves least as the hand turns. At most it is `longest`
     [m] from the shoulder, and at least `surely`, however the hand is turned: where the axes of the
@@ -28,6 +28,7 @@ class ArmSpan:
     """
 
     shoulder: int
+    p_world_shoulder: np.ndarray
     p_frame_wrist: np.ndarray
     longest: float
     surely: float
@@ -46,7 +47,7 @@ def arm_span(robot: Robot, frame: str | int, q: np.ndarray) -> ArmSpan | None:
     shoulder, wrist = arm[1], arm[max(len(arm) - WRIST, BEFORE_WRIST) :]
 
     pin.framesForwardKinematics(model, placements, q)
-    axes = axes_of(model)[:, 3:]
+    axes, p_shoulder = axes_of(model)[:, 3:], placements.oMi[shoulder].translation.copy()
     p_wrist = _meeting_point(placements, axes, wrist, placements.oMf[frame_id])
 
     def reached(q: np.ndarray) -> np.ndarray:
@@ -57,7 +58,7 @@ def arm_span(robot: Robot, frame: str | int, q: np.ndarray) -> ArmSpan | None:
 
     q = _stretched(robot, q, arm[1:], reached)
     turned = [float(np.linalg.norm(reached(one))) for one in _wrist_turned(robot, q, wrist)]
-    return ArmSpan(shoulder, p_wrist, float(np.linalg.norm(reached(q))), min(turned))
+    return ArmSpan(shoulder, p_shoulder, p_wrist, float(np.linalg.norm(reached(q))), min(turned))
 
 
 def _arm_of(robot: Robot, frame_id: int) -> list[int]:

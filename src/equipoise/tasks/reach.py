@@ -38,17 +38,23 @@ from equipoise.tasks.view import TaskView, joint_positions
 
 # entries of the numbers; then for each joint its weight, its change, its fastest, its home
 PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING = range(8)
-# the shoulder (a joint, or -1: always calm), the wrist in the frame (3,), from where on it is out
-# of reach; and what is remembered: how calm the joints are kept, from 1 to 0, whether the frame
-# was left behind and has not caught up, by how much it misses what is out of reach
-SHOULDER, WRIST, OUT, CALM, LATE, MISSED = 8, 9, 12, 13, 14, 15
-EACH = 16
+# the shoulder (a joint, or -1: always calm), where it is at the start (3,), the wrist in the frame
+# (3,), from where on it may be out of reach, and surely is, whether the base floats; and what is
+# remembered: how calm joints are kept, from 1 to 0, whether the frame was left behind and has not
+# caught up, by how much it misses what is out of reach, for how long it has been behind, and how
+# far at most where that is not for the length of its arm
+SHOULDER, CENTRE, WRIST, NEARLY, OUT, FLOATS = 8, 9, 12, 15, 16, 17
+CALM, LATE, MISSED, BEHIND, WORST = range(18, 23)
+EACH = 23
 FREE = 0.02  # [m] from the target nothing is damped
 FULL = 0.1  # [m] beyond which a target is not followed in its speed, and the damping is whole
 LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
 FOLLOWED = 0.005  # [m] within which a frame follows its target well
 STRETCHED = 0.1  # share of its usual mobility, squared, below which an arm is stretched that way
 LEAVING = 0.5  # [s] in which calm joints become free again
+# [s] for which a frame may be behind a target that its arm could get to, before that counts as out
+# of reach; as many times as long while it catches up
+PATIENCE, PATIENT = 0.25, 16.0
 
 
 @dataclass(frozen=True)
@@ -66,9 +72,10 @@ class Reach:
     where a joint that is damped goes by itself, by at most `homing` [rad/s] over its weight: a
     straight arm that is called back has to begin to bend somehow. `period` [s] is that of the
     generator. With a `span` all of this is only for what the arm cannot get to: it begins when the
-    target's wrist is farther from the shoulder than `out` [m], the arm is stretched that way and
-    the frame more than 5 mm behind; it ends when the target is back and the frame follows it well,
-    or the arm is bent. Before and after the target is followed exactly, as without a reach.
+    target's wrist is farther from where the shoulder was at the start than the second of `edges` [m]; or than the first,
+    with the frame more than 5 mm behind and, on a fixed base, the arm stretched that way; or when
+    the frame was 2 cm behind for 0.25 s. It ends when the target is back and the frame follows it
+    well, or the arm is bent. Before and after the target is followed exactly.
     Source: Sugihara 2011 (Levenberg-Marquardt); the mass in place of a damping that grows with the
     error is ours: it keeps the velocity continuous where following turns into being drawn.
     Raises: `InputError`, `ShapeError`.
@@ -87,7 +94,7 @@ class Reach:
     home: Array | None = None
     homing: float = 0.05
     span: ArmSpan | None = None
-    out: float = math.inf
+    edges: tuple[float, float] = (math.inf, math.inf)
 
     def __post_init__(self) -> None:
         require_robot("the robot whose joints a reach damps", self.robot)
@@ -97,7 +104,8 @@ class Reach:
         positive("the mass of a reach", self.mass, "s")
         if self.span is not None:
             require_kind("the span of a reach", self.span, ArmSpan)
-            positive("the distance from which on a reach is out", self.out, "m")
+            for edge in self.edges:
+                positive("an edge of a reach", edge, "m")
         for name in ("pull", "pull_turn"):
             drawn = real_number(f"the {name.replace('_', ' ')}", getattr(self, name), finite=False)
             if not drawn > 0.0:
@@ -121,9 +129,12 @@ class Reach:
         """What the kernel needs, in the order of its entries."""
         alike = [self.pull, self.pull_turn, self.damping, self.mass, self.period, self.robot.na]
         alike += [self.close, 0.0 if self.home is None else self.homing]
-        alike += [-1.0] + [0.0] * 7
+        alike += [-1.0] + [0.0] * (EACH - SHOULDER - 1)
         if self.span is not None:
-            alike[SHOULDER : OUT + 1] = [self.span.shoulder, *self.span.p_frame_wrist, self.out]
+            alike[SHOULDER:CALM] = [
+                self.span.shoulder, *self.span.p_world_shoulder, *self.span.p_frame_wrist,
+                *self.edges, self.robot.nv_base == 6,
+            ]  # fmt: skip
         else:
             alike[CALM] = 1.0
         home = np.zeros(self.robot.na) if self.home is None else self.home
@@ -140,7 +151,7 @@ def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, 
     near = max(far + LEVER * angle, 1e-9)
     na, share = int(numbers[JOINTS]), min(beyond / FULL, 1.0)
     if numbers[SHOULDER] >= 0.0:
-        share *= remember(task, far, near, beyond)
+        share *= remember(task, near, beyond)
         if numbers[CALM] == 0.0:
             for row in range(at + 6, at + 6 + na):
                 task.lower[row], task.upper[row] = -np.inf, np.inf
@@ -180,30 +191,55 @@ def calm_joints(task: TaskView, beyond: float, near: float) -> None:
 
 
 @compiled
-def remember(task: TaskView, far: float, near: float, beyond: float) -> float:
+def remember(task: TaskView, near: float, beyond: float) -> float:
     """Remember whether the target is out of reach and how calm joints are; return how far out.
 
     That is from 0, at the edge of the reach, to 1.
     """
-    numbers, T = task.numbers, matrix(task.state, FRAMES)[task.frame]
-    s = matrix(task.state, PLACES)[int(numbers[SHOULDER])]
-    rx, ry, rz = turned(T, numbers[WRIST], numbers[WRIST + 1], numbers[WRIST + 2])
-    px, py, pz = T[9] + rx, T[10] + ry, T[11] + rz
-    wx, wy, wz = turned(task.target, numbers[WRIST], numbers[WRIST + 1], numbers[WRIST + 2])
-    wx, wy, wz = task.target[9] + wx, task.target[10] + wy, task.target[11] + wz
-    away = math.sqrt((wx - s[9]) ** 2 + (wy - s[10]) ** 2 + (wz - s[11]) ** 2) - numbers[OUT]
-    hand = math.sqrt((px - s[9]) ** 2 + (py - s[10]) ** 2 + (pz - s[11]) ** 2) - numbers[OUT]
-    out, numbers[MISSED] = away > 0.0, 0.0
-    behind = out and near > FOLLOWED
-    if behind and numbers[CALM] < 1.0 and mobility(task, wx - px, wy - py, wz - pz) < STRETCHED:
+    numbers, T, dt = task.numbers, matrix(task.state, FRAMES)[task.frame], task.numbers[PERIOD]
+    s, start = matrix(task.state, PLACES)[int(numbers[SHOULDER])], numbers[CENTRE:WRIST]
+    hand, there = wrist_at(T, numbers), wrist_at(task.target, numbers)
+    reached, away = distance(hand, s[9:12]), distance(there, start)
+    nearly, out = away > numbers[NEARLY], away > numbers[OUT]
+    numbers[BEHIND] += dt if numbers[LATE] == 0.0 else dt / PATIENT
+    if beyond == 0.0:
+        numbers[BEHIND] = 0.0
+    if not out and nearly and near > FOLLOWED:
+        x, y, z = there[0] - hand[0], there[1] - hand[1], there[2] - hand[2]
+        out = numbers[CALM] == 1.0 or numbers[FLOATS] != 0.0 or mobility(task, x, y, z) < STRETCHED
+    stuck = numbers[BEHIND] > PATIENCE
+    if out or stuck:
         numbers[CALM] = numbers[LATE] = 1.0
-    if behind and numbers[CALM] == 1.0:
-        numbers[MISSED] = far
-    if not out and (hand < 0.0 or near < FOLLOWED):
-        numbers[CALM] = max(numbers[CALM] - numbers[PERIOD] / LEAVING, 0.0)
-    if numbers[CALM] == 0.0 and beyond == 0.0:
-        numbers[LATE] = 0.0
-    return min(max(away / FULL, 0.0), 1.0)
+    if out:
+        numbers[WORST] = numbers[BEHIND] = 0.0
+    elif numbers[CALM] == 1.0 and (stuck or numbers[WORST] > 0.0):
+        numbers[WORST] = max(numbers[WORST], near)
+    well = near < FOLLOWED
+    if numbers[WORST] > 0.0:
+        well = well or near < 0.5 * numbers[WORST]
+    else:
+        well = well or reached < numbers[NEARLY]
+    if not (nearly or stuck) and well:
+        numbers[CALM] = max(numbers[CALM] - dt / LEAVING, 0.0)
+    if numbers[CALM] == 0.0:
+        numbers[WORST] = 0.0
+        if beyond == 0.0:
+            numbers[LATE] = 0.0
+    numbers[MISSED] = near if numbers[CALM] == 1.0 and near > FOLLOWED else 0.0
+    return min(max((away - numbers[NEARLY]) / FULL, 0.0), 1.0)
+
+
+@inlined
+def wrist_at(T: np.ndarray, numbers: np.ndarray) -> tuple[float, float, float]:
+    """Return where the wrist of a frame that is at T [12] is."""
+    x, y, z = turned(T, numbers[WRIST], numbers[WRIST + 1], numbers[WRIST + 2])
+    return T[9] + x, T[10] + y, T[11] + z
+
+
+@inlined
+def distance(p: tuple[float, float, float], o: np.ndarray) -> float:
+    """Return how far a point is from another one [3]."""
+    return math.sqrt((p[0] - o[0]) ** 2 + (p[1] - o[1]) ** 2 + (p[2] - o[2]) ** 2)
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Live targets sent where a hand cannot get, in fifteen lines of a user: it stretches, waits, comes.
+"""Live targets sent where a hand cannot get, as a user sends them: it stretches, waits, comes.
 
 `python benchmarks/sweep_live_reach.py [--robots hrp2 g1] [--engines rigid] [--how jump drag]`
 

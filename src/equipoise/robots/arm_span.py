@@ -20,11 +20,12 @@ ORIGIN_COUNTS = 1e-3  # weight of a wrist's origin beside its axes, where these 
 
 @dataclass(frozen=True)
 class ArmSpan:
-    """An arm that carries a frame: its `shoulder` (a joint, and where it is at `q`), its wrist (3,) [m] in the frame.
+    """An arm that carries a frame: its `shoulder`, a joint, its wrist (3,) [m] in the frame.
 
-    The wrist is the point of the frame that moves least as the hand turns. At most it is `longest`
-    [m] from the shoulder, and at least `surely`, however the hand is turned: where the axes of the
-    wrist meet these are the same. Limits of joints are those of the elbow, not of the wrist.
+    `p_world_shoulder` (3,) [m] is where the shoulder is at the start. The wrist is the point of the
+    frame that moves least as the hand turns. At most it is `longest` [m] from the shoulder, and at
+    least `surely`, however the hand is turned: where the axes of the wrist meet these are the same.
+    Limits of joints are those of the elbow, not of the wrist.
     """
 
     shoulder: int

@@ -41,16 +41,19 @@ PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING = range(8)
 # the shoulder (a joint, or -1: always calm), where it is at the start (3,), the wrist in the frame
 # (3,), from where on it may be out of reach, and surely is, whether the base floats; and what is
 # remembered: how calm joints are kept, from 1 to 0, whether the frame was left behind and has not
-# caught up, by how much it misses what is out of reach, for how long it has been behind, and how
-# far at most where that is not for the length of its arm
+# caught up, by how much it misses what is out of reach, for how long it has been behind, how far at
+# most where that is not for the length of its arm, and whether the last tick was a jolt. After the
+# four of each joint come by how much it may differ from its smoothed speed, and that speed
 SHOULDER, CENTRE, WRIST, NEARLY, OUT, FLOATS = 8, 9, 12, 15, 16, 17
-CALM, LATE, MISSED, BEHIND, WORST = range(18, 23)
-EACH = 23
+CALM, LATE, MISSED, BEHIND, WORST, JOLTED = range(18, 24)
+EACH = 24
 FREE = 0.02  # [m] from the target nothing is damped
 FULL = 0.1  # [m] beyond which a target is not followed in its speed, and the damping is whole
 LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
 FOLLOWED = 0.005  # [m] within which a frame follows its target well
 STRETCHED = 0.1  # share of its usual mobility, squared, below which an arm is stretched that way
+JOLT, SMOOTHING = 0.25, 0.005  # share of a speed limit, [s]: what a joint does only where it swings
+SWINGING = 0.001  # [m] behind
 LEAVING = 0.5  # [s] in which calm joints become free again
 # [s] for which a frame may be behind a target that its arm could get to, before that counts as out
 # of reach; as many times as long while it catches up
@@ -72,10 +75,11 @@ class Reach:
     where a joint that is damped goes by itself, by at most `homing` [rad/s] over its weight: a
     straight arm that is called back has to begin to bend somehow. `period` [s] is that of the
     generator. With a `span` all of this is only for what the arm cannot get to: it begins when the
-    target's wrist is farther from where the shoulder was at the start than the second of `edges` [m]; or than the first,
-    with the frame more than 5 mm behind and, on a fixed base, the arm stretched that way; or when
-    the frame was 2 cm behind for 0.25 s. It ends when the target is back and the frame follows it
-    well, or the arm is bent. Before and after the target is followed exactly.
+    target's wrist is farther from where the shoulder was at the start than the second of `edges`
+    [m]; or than the first, with the frame more than 5 mm behind and, on a fixed base, the arm
+    stretched that way; or when the frame was 2 cm behind for 0.25 s, or 1 mm while joints swing. It
+    ends when the target is back and the frame follows it well, or the arm is bent. Before and after
+    the target is followed exactly.
     Source: Sugihara 2011 (Levenberg-Marquardt); the mass in place of a damping that grows with the
     error is ours: it keeps the velocity continuous where following turns into being drawn.
     Raises: `InputError`, `ShapeError`.
@@ -138,7 +142,8 @@ class Reach:
         else:
             alike[CALM] = 1.0
         home = np.zeros(self.robot.na) if self.home is None else self.home
-        return np.concatenate((alike, *map(self._each, ("weights", "change", "fastest")), home))
+        joints = map(self._each, ("weights", "change", "fastest"))
+        return np.concatenate((alike, *joints, home, JOLT * self.robot.v_max, np.zeros_like(home)))
 
 
 @compiled
@@ -172,8 +177,12 @@ def calm_joints(task: TaskView, beyond: float, near: float) -> None:
     """Write a row for each joint: damped with a mass where the frame is behind, else bounded."""
     at, numbers, calm = task.at, task.numbers, task.numbers[CALM]
     faster = numbers[CLOSE] / near if near < numbers[CLOSE] else 1.0
-    before, na = vector(task.state, VELOCITY), int(numbers[JOINTS])
+    na = int(numbers[JOINTS])
     first, dt, inertia = task.A.shape[1] - na, numbers[PERIOD], numbers[MASS] / numbers[PERIOD]
+    v = vector(task.state, VELOCITY)
+    before = v[v.shape[0] - na :]
+    if numbers[JOLTED]:  # it swings: go on as before it did
+        before = numbers[EACH + 5 * na : EACH + 6 * na]
     damped = beyond > 0.0 and calm == 1.0
     resistance = numbers[DAMPING] ** 2 * min(beyond / FULL, 1.0) if damped else 0.0
     w, q = math.sqrt(inertia + resistance), joint_positions(task.state, na)
@@ -181,7 +190,7 @@ def calm_joints(task: TaskView, beyond: float, near: float) -> None:
         row, weight, change = at + 6 + i, w * numbers[EACH + i], 0.0
         most = numbers[HOMING] / numbers[EACH + i]
         home = min(max(numbers[EACH + 3 * na + i] - q[i], -most), most)
-        kept = (inertia * before[first + i] + resistance * home) / (inertia + resistance)
+        kept = (inertia * before[i] + resistance * home) / (inertia + resistance)
         fastest = numbers[EACH + 2 * na + i] * faster / calm
         if not damped:
             change = numbers[EACH + na + i] * dt / calm
@@ -207,7 +216,9 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
     if not out and nearly and near > FOLLOWED:
         x, y, z = there[0] - hand[0], there[1] - hand[1], there[2] - hand[2]
         out = numbers[CALM] == 1.0 or numbers[FLOATS] != 0.0 or mobility(task, x, y, z) < STRETCHED
-    stuck = numbers[BEHIND] > PATIENCE
+    jolted = is_jolted(task) and near > SWINGING and numbers[CALM] < 1.0
+    numbers[JOLTED] = 1.0 if jolted else 0.0
+    stuck = numbers[BEHIND] > PATIENCE or jolted
     if out or stuck:
         numbers[CALM] = numbers[LATE] = 1.0
     if out:
@@ -227,6 +238,20 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
             numbers[LATE] = 0.0
     numbers[MISSED] = near if numbers[CALM] == 1.0 and near > FOLLOWED else 0.0
     return min(max((away - numbers[NEARLY]) / FULL, 0.0), 1.0)
+
+
+@compiled
+def is_jolted(task: TaskView) -> bool:
+    """Tell whether a joint differs much from its smoothed speed; if none does, smooth on."""
+    numbers, v, na = task.numbers, vector(task.state, VELOCITY), int(task.numbers[JOINTS])
+    first, share = v.shape[0] - na, min(numbers[PERIOD] / SMOOTHING, 1.0)
+    most, smooth = EACH + 4 * na, EACH + 5 * na
+    for i in range(na):
+        if abs(v[first + i] - numbers[smooth + i]) > numbers[most + i]:
+            return True
+    for i in range(na):
+        numbers[smooth + i] += share * (v[first + i] - numbers[smooth + i])
+    return False
 
 
 @inlined

@@ -41,19 +41,18 @@ PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING = range(8)
 # the shoulder (a joint, or -1: always calm), where it is at the start (3,), the wrist in the frame
 # (3,), from where on it may be out of reach, and surely is, whether the base floats; and what is
 # remembered: how calm joints are kept, from 1 to 0, whether the frame was left behind and has not
-# caught up, by how much it misses what is out of reach, for how long it has been behind, how far at
-# most where that is not for the length of its arm, and whether the last tick was a jolt. After the
-# four of each joint come by how much it may differ from its smoothed speed, and that speed
+# caught up, by how much it misses what is out of reach, for how long it has been behind, and how
+# far at most where that is not for the length of its arm; after the four of each joint its speed in
+# the tick before
 SHOULDER, CENTRE, WRIST, NEARLY, OUT, FLOATS = 8, 9, 12, 15, 16, 17
-CALM, LATE, MISSED, BEHIND, WORST, JOLTED = range(18, 24)
-EACH = 24
+CALM, LATE, MISSED, BEHIND, WORST = range(18, 23)
+EACH = 23
 FREE = 0.02  # [m] from the target nothing is damped
 FULL = 0.1  # [m] beyond which a target is not followed in its speed, and the damping is whole
 LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
 FOLLOWED = 0.005  # [m] within which a frame follows its target well
 STRETCHED = 0.1  # share of its usual mobility, squared, below which an arm is stretched that way
-JOLT, SMOOTHING = 0.25, 0.005  # share of a speed limit, [s]: what a joint does only where it swings
-SWINGING = 0.001  # [m] behind
+SWING = 200.0  # [rad/s^2] of a joint that swings: where targets are in reach 30 to 90 are seen
 LEAVING = 0.5  # [s] in which calm joints become free again
 # [s] for which a frame may be behind a target that its arm could get to, before that counts as out
 # of reach; as many times as long while it catches up
@@ -77,7 +76,7 @@ class Reach:
     generator. With a `span` all of this is only for what the arm cannot get to: it begins when the
     target's wrist is farther from where the shoulder was at the start than the second of `edges`
     [m]; or than the first, with the frame more than 5 mm behind and, on a fixed base, the arm
-    stretched that way; or when the frame was 2 cm behind for 0.25 s, or 1 mm while joints swing. It
+    stretched that way; or when the frame was 2 cm behind for 0.25 s, or a joint swings. It
     ends when the target is back and the frame follows it well, or the arm is bent. Before and after
     the target is followed exactly.
     Source: Sugihara 2011 (Levenberg-Marquardt); the mass in place of a damping that grows with the
@@ -143,7 +142,7 @@ class Reach:
             alike[CALM] = 1.0
         home = np.zeros(self.robot.na) if self.home is None else self.home
         joints = map(self._each, ("weights", "change", "fastest"))
-        return np.concatenate((alike, *joints, home, JOLT * self.robot.v_max, np.zeros_like(home)))
+        return np.concatenate((alike, *joints, home, np.zeros_like(home)))
 
 
 @compiled
@@ -158,8 +157,7 @@ def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, 
     if numbers[SHOULDER] >= 0.0:
         share *= remember(task, near, beyond)
         if numbers[CALM] == 0.0:
-            for row in range(at + 6, at + 6 + na):
-                task.lower[row], task.upper[row] = -np.inf, np.inf
+            bound_swings(task)
         if numbers[LATE] == 0.0:
             return
     for i in range(6):
@@ -173,6 +171,22 @@ def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, 
 
 
 @compiled
+def bound_swings(task: TaskView) -> None:
+    """Let no joint change its speed as only one does that swings; free joints that start at rest."""
+    v, numbers, na = vector(task.state, VELOCITY), task.numbers, int(task.numbers[JOINTS])
+    first, last, most = v.shape[0] - na, EACH + 4 * na, SWING * numbers[PERIOD]
+    moving = False
+    for i in range(na):
+        moving = moving or numbers[last + i] != 0.0
+    for i in range(na):
+        row = task.at + 6 + i
+        task.lower[row], task.upper[row] = -np.inf, np.inf
+        if moving:
+            task.A[row, first + i] = 1.0
+            task.lower[row], task.upper[row] = v[first + i] - most, v[first + i] + most
+
+
+@compiled
 def calm_joints(task: TaskView, beyond: float, near: float) -> None:
     """Write a row for each joint: damped with a mass where the frame is behind, else bounded."""
     at, numbers, calm = task.at, task.numbers, task.numbers[CALM]
@@ -181,8 +195,6 @@ def calm_joints(task: TaskView, beyond: float, near: float) -> None:
     first, dt, inertia = task.A.shape[1] - na, numbers[PERIOD], numbers[MASS] / numbers[PERIOD]
     v = vector(task.state, VELOCITY)
     before = v[v.shape[0] - na :]
-    if numbers[JOLTED]:  # it swings: go on as before it did
-        before = numbers[EACH + 5 * na : EACH + 6 * na]
     damped = beyond > 0.0 and calm == 1.0
     resistance = numbers[DAMPING] ** 2 * min(beyond / FULL, 1.0) if damped else 0.0
     w, q = math.sqrt(inertia + resistance), joint_positions(task.state, na)
@@ -216,18 +228,19 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
     if not out and nearly and near > FOLLOWED:
         x, y, z = there[0] - hand[0], there[1] - hand[1], there[2] - hand[2]
         out = numbers[CALM] == 1.0 or numbers[FLOATS] != 0.0 or mobility(task, x, y, z) < STRETCHED
-    jolted = is_jolted(task) and near > SWINGING and numbers[CALM] < 1.0
-    numbers[JOLTED] = 1.0 if jolted else 0.0
-    stuck = numbers[BEHIND] > PATIENCE or jolted
+    swinging = swings(task) and numbers[CALM] == 0.0
+    stuck = numbers[BEHIND] > PATIENCE or swinging
     if out or stuck:
         numbers[CALM] = numbers[LATE] = 1.0
     if out:
         numbers[WORST] = numbers[BEHIND] = 0.0
-    elif numbers[CALM] == 1.0 and (stuck or numbers[WORST] > 0.0):
-        numbers[WORST] = max(numbers[WORST], near)
+    elif stuck or numbers[WORST] > 0.0:
+        numbers[WORST] = max(numbers[WORST], near, FREE)
     well = near < FOLLOWED
     if numbers[WORST] > 0.0:
         well = well or near < 0.5 * numbers[WORST]
+        if not well:
+            numbers[CALM] = 1.0
     else:
         well = well or reached < numbers[NEARLY]
     if not (nearly or stuck) and well:
@@ -241,17 +254,16 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
 
 
 @compiled
-def is_jolted(task: TaskView) -> bool:
-    """Tell whether a joint differs much from its smoothed speed; if none does, smooth on."""
+def swings(task: TaskView) -> bool:
+    """Tell whether a joint changed its speed as fast as `bound_swings` lets it; note the speeds."""
     numbers, v, na = task.numbers, vector(task.state, VELOCITY), int(task.numbers[JOINTS])
-    first, share = v.shape[0] - na, min(numbers[PERIOD] / SMOOTHING, 1.0)
-    most, smooth = EACH + 4 * na, EACH + 5 * na
+    first, last, most = v.shape[0] - na, EACH + 4 * na, SWING * numbers[PERIOD]
+    moving, found = False, False
     for i in range(na):
-        if abs(v[first + i] - numbers[smooth + i]) > numbers[most + i]:
-            return True
-    for i in range(na):
-        numbers[smooth + i] += share * (v[first + i] - numbers[smooth + i])
-    return False
+        moving = moving or numbers[last + i] != 0.0
+        found = found or abs(v[first + i] - numbers[last + i]) > 0.999 * most
+        numbers[last + i] = v[first + i]
+    return moving and found
 
 
 @inlined

@@ -36,7 +36,7 @@ DIRECTIONS = {
 AWAY, BACK, END = 0.2, 6.0, 14.0  # [s] when the target is sent, called back, and all is over
 DRAG = 0.5  # [m/s]
 STANDING = 0.9  # of the height at the start
-AT_REST = 0.15  # [rad/s] of every joint, of the reference and of the robot
+AT_REST = 0.3  # [rad/s] of every joint, of the reference and of the robot
 HOME = 1e-3  # [m] from where the hand was, in the end, by the reference
 ROTORS = 0.05  # [kg m^2] in MuJoCo; and in the rigid engine with --rotors
 

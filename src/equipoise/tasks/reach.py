@@ -35,6 +35,7 @@ from equipoise.spatial.numbers import (
     require_period,
 )
 from equipoise.tasks.view import TaskView, joint_positions
+from equipoise.trajectories.live import is_sent_outside
 
 # entries of the numbers; then for each joint its weight, its change, its fastest, its home
 PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING = range(8)
@@ -53,7 +54,7 @@ LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
 FOLLOWED = 0.005  # [m] within which a frame follows its target well
 STRETCHED = 0.1  # share of its usual mobility, squared, below which an arm is stretched that way
 SWING = 200.0  # [rad/s^2] of a joint that swings: where targets are in reach 30 to 90 are seen
-LEAVING = 0.5  # [s] in which calm joints become free again
+LEAVING = 2.0  # [s] in which calm joints become free again
 # [s] for which a frame may be behind a target that its arm could get to, before that counts as out
 # of reach; as many times as long while it catches up
 PATIENCE, PATIENT = 0.25, 16.0
@@ -153,7 +154,7 @@ def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, 
     angle = math.sqrt(error[3] ** 2 + error[4] ** 2 + error[5] ** 2)
     beyond = max(far - FREE, 0.0) + max(LEVER * angle - FREE, 0.0)
     near = max(far + LEVER * angle, 1e-9)
-    na, share = int(numbers[JOINTS]), min(beyond / FULL, 1.0)
+    share = min(beyond / FULL, 1.0)
     if numbers[SHOULDER] >= 0.0:
         share *= remember(task, near, beyond)
         if numbers[CALM] == 0.0:
@@ -172,7 +173,7 @@ def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, 
 
 @compiled
 def bound_swings(task: TaskView) -> None:
-    """Let no joint change its speed as only one does that swings; free joints that start at rest."""
+    """Let no joint change its speed as only swinging ones do; free joints that start at rest."""
     v, numbers, na = vector(task.state, VELOCITY), task.numbers, int(task.numbers[JOINTS])
     first, last, most = v.shape[0] - na, EACH + 4 * na, SWING * numbers[PERIOD]
     moving = False
@@ -222,6 +223,8 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
     hand, there = wrist_at(T, numbers), wrist_at(task.target, numbers)
     reached, away = distance(hand, s[9:12]), distance(there, start)
     nearly, out = away > numbers[NEARLY], away > numbers[OUT]
+    if task.live.shape[0] and is_sent_outside(task.live):
+        out = True  # it will be: arms go there before legs
     numbers[BEHIND] += dt if numbers[LATE] == 0.0 else dt / PATIENT
     if beyond == 0.0:
         numbers[BEHIND] = 0.0
@@ -243,7 +246,7 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
             numbers[CALM] = 1.0
     else:
         well = well or reached < numbers[NEARLY]
-    if not (nearly or stuck) and well:
+    if not (out or nearly or stuck) and well:
         numbers[CALM] = max(numbers[CALM] - dt / LEAVING, 0.0)
     if numbers[CALM] == 0.0:
         numbers[WORST] = 0.0

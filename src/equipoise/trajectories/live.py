@@ -261,6 +261,12 @@ def is_outside(n: np.ndarray, row: np.ndarray) -> bool:
 
 
 @compiled
+def is_sent_outside(n: np.ndarray) -> bool:
+    """Tell whether what was taken last is outside of the ball."""
+    return is_outside(n, n[BASE:TWIST])
+
+
+@compiled
 def estimate(n: np.ndarray, t: float) -> None:
     """Write the twist of what was posted, from how far it is from what was taken before."""
     gap = t - n[SINCE]

@@ -42,17 +42,20 @@ PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING = range(8)
 # the shoulder (a joint, or -1: always calm), where it is at the start (3,), the wrist in the frame
 # (3,), from where on it may be out of reach, and surely is, whether the base floats; and what is
 # remembered: how calm joints are kept, from 1 to 0, whether the frame was left behind and has not
-# caught up, by how much it misses what is out of reach, for how long it has been behind, and how
-# far at most where that is not for the length of its arm; after the four of each joint its speed in
-# the tick before
+# caught up, by how much it misses what is out of reach, for how long it has been behind, how far at
+# most where that is not for the length of its arm, and whether trunk and legs still come home;
+# after the four of each joint its speed in the tick before
 SHOULDER, CENTRE, WRIST, NEARLY, OUT, FLOATS = 8, 9, 12, 15, 16, 17
-CALM, LATE, MISSED, BEHIND, WORST = range(18, 23)
-EACH = 23
+CALM, LATE, MISSED, BEHIND, WORST, SLOW = range(18, 24)
+EACH = 24
 FREE = 0.02  # [m] from the target nothing is damped
 FULL = 0.1  # [m] beyond which a target is not followed in its speed, and the damping is whole
 LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
 FOLLOWED = 0.005  # [m] within which a frame follows its target well
 STRETCHED = 0.1  # share of its usual mobility, squared, below which an arm is stretched that way
+HEAVY = 8.0  # weight of a joint from which on it is trunk or leg
+HOME_RATE = 2.0  # [1/s] with which heavy joints may come home: what they change their speed by
+RESTS = 0.01  # [rad/s]
 SWING = 200.0  # [rad/s^2] of a joint that swings: where targets are in reach 30 to 90 are seen
 LEAVING = 2.0  # [s] in which calm joints become free again
 # [s] for which a frame may be behind a target that its arm could get to, before that counts as out
@@ -157,8 +160,9 @@ def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, 
     share = min(beyond / FULL, 1.0)
     if numbers[SHOULDER] >= 0.0:
         share *= remember(task, near, beyond)
-        if numbers[CALM] == 0.0:
-            bound_swings(task)
+        bound_swings(task)
+        if numbers[CALM] == 0.0 and numbers[SLOW] != 0.0:
+            calm_joints(task, 0.0, near)
         if numbers[LATE] == 0.0:
             return
     for i in range(6):
@@ -189,14 +193,18 @@ def bound_swings(task: TaskView) -> None:
 
 @compiled
 def calm_joints(task: TaskView, beyond: float, near: float) -> None:
-    """Write a row for each joint: damped with a mass where the frame is behind, else bounded."""
+    """Write a row for each joint: damped with a mass where the frame is behind, else bounded.
+
+    While the frame comes back light joints become free; heavy ones keep their bounds, since what
+    leans to an edge of the feet may leave it only slowly.
+    """
     at, numbers, calm = task.at, task.numbers, task.numbers[CALM]
     faster = numbers[CLOSE] / near if near < numbers[CLOSE] else 1.0
-    na = int(numbers[JOINTS])
-    first, dt, inertia = task.A.shape[1] - na, numbers[PERIOD], numbers[MASS] / numbers[PERIOD]
+    na, mass, returns = int(numbers[JOINTS]), numbers[MASS], calm < 1.0
+    first, dt, inertia = task.A.shape[1] - na, numbers[PERIOD], mass / numbers[PERIOD]
     v = vector(task.state, VELOCITY)
     before = v[v.shape[0] - na :]
-    damped = beyond > 0.0 and calm == 1.0
+    damped = beyond > 0.0 and not returns
     resistance = numbers[DAMPING] ** 2 * min(beyond / FULL, 1.0) if damped else 0.0
     w, q = math.sqrt(inertia + resistance), joint_positions(task.state, na)
     for i in range(na):
@@ -204,9 +212,16 @@ def calm_joints(task: TaskView, beyond: float, near: float) -> None:
         most = numbers[HOMING] / numbers[EACH + i]
         home = min(max(numbers[EACH + 3 * na + i] - q[i], -most), most)
         kept = (inertia * before[i] + resistance * home) / (inertia + resistance)
-        fastest = numbers[EACH + 2 * na + i] * faster / calm
+        fastest = numbers[EACH + 2 * na + i] * faster
         if not damped:
-            change = numbers[EACH + na + i] * dt / calm
+            change = numbers[EACH + na + i]
+        if returns and numbers[EACH + i] > HEAVY:
+            fastest = max(fastest, change / HOME_RATE)
+        elif returns:
+            if calm == 0.0:
+                continue
+            fastest, change = fastest / calm, change / calm
+        change *= dt
         task.A[row, first + i] = weight
         task.lower[row] = weight * min(max(-fastest, kept - change), kept + change)
         task.upper[row] = weight * min(max(fastest, kept - change), kept + change)
@@ -234,7 +249,7 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
     swinging = swings(task) and numbers[CALM] == 0.0
     stuck = numbers[BEHIND] > PATIENCE or swinging
     if out or stuck:
-        numbers[CALM] = numbers[LATE] = 1.0
+        numbers[CALM] = numbers[LATE] = numbers[SLOW] = 1.0
     if out:
         numbers[WORST] = numbers[BEHIND] = 0.0
     elif stuck or numbers[WORST] > 0.0:
@@ -252,8 +267,21 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
         numbers[WORST] = 0.0
         if beyond == 0.0:
             numbers[LATE] = 0.0
+        if numbers[SLOW] != 0.0 and near < FOLLOWED and is_at_rest(task):
+            numbers[SLOW] = 0.0
     numbers[MISSED] = near if numbers[CALM] == 1.0 and near > FOLLOWED else 0.0
     return min(max((away - numbers[NEARLY]) / FULL, 0.0), 1.0)
+
+
+@compiled
+def is_at_rest(task: TaskView) -> bool:
+    """Tell whether no heavy joint moves."""
+    v, na = vector(task.state, VELOCITY), int(task.numbers[JOINTS])
+    first = v.shape[0] - na
+    for i in range(na):
+        if task.numbers[EACH + i] > HEAVY and abs(v[first + i]) > RESTS:
+            return False
+    return True
 
 
 @compiled

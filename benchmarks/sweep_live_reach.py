@@ -4,7 +4,7 @@
 
 A robot stands on its soles, or is bolted down, with one hand that is given as a pose. At 0.2 s the
 target is sent beyond the arm, by a jump or dragged at 0.5 m/s; at 6 s it is called back the same
-way; at 14 s it ends. A case is well if the law was never switched off, the robot stands, reference
+way; at 18 s it ends. A case is well if the law was never switched off, the robot stands, reference
 and robot are at rest at the end of the wait, and the hand is back in the end. Nothing but the
 target is said: what the robot does is what it does by default. Ends with 1 if a case is not well.
 """
@@ -33,7 +33,7 @@ DIRECTIONS = {
     "aside": (0.0, -1.0, 0.0),
     "behind": (-1.0, 0.0, 0.0),
 }
-AWAY, BACK, END = 0.2, 6.0, 14.0  # [s] when the target is sent, called back, and all is over
+AWAY, BACK, END = 0.2, 6.0, 18.0  # [s] when the target is sent, called back, and all is over
 DRAG = 0.5  # [m/s]
 STANDING = 0.9  # of the height at the start
 AT_REST = 0.3  # [rad/s] of every joint, of the reference and of the robot

@@ -22,6 +22,8 @@ CALM_CHANGE, CALM_FASTEST = 2.5, 0.4
 LIVE_CHANGE, LIVE_FASTEST = 10.0, 0.5  # the same for a live target that is not followed well
 CLOSE = 0.005  # [m] from a live target, within which joints may be faster
 HOMING = 0.2  # [rad/s] of a light joint
+STEADY = 60.0  # least weight of what is no joint of the arm: an arm is stretched before all else
+LEAN = 0.2  # of an arm's length by which a body that floats helps, exactly, by leaning
 EDGE = 0.985  # of an arm's length: two equal links are bent by 20 degrees there
 # [m/s, m/s^2, rad/s, rad/s^2] of jumps out of reach, and back
 PACE = (0.5, 2.0, 1.0, 4.0)
@@ -59,6 +61,10 @@ def live_reach(
     if frame is not None and (span := arm_span(robot, frame, q)) is not None:
         home = _distance(robot, q, frame, span)
         edges = _edge(span.surely, home), _edge(span.longest, home)
+        if floating:
+            edges = edges[0], edges[1] + LEAN * span.longest
+            others = [joint not in span.joints for joint in range(robot.na)]
+            weights[others] = np.maximum(weights[others], STEADY)
     return Reach(
         robot,
         period,
@@ -91,7 +97,8 @@ def wait_where_out_of_reach(
             continue  # no arm: a foot, a head
         task.wait_where_out_of_reach(reach)
         span = reach.span
-        ball = Ball(span.p_world_shoulder, span.p_frame_wrist, reach.edges[1])
+        radius = _edge(span.longest, _distance(robot, q, task.frame, span))
+        ball = Ball(span.p_world_shoulder, span.p_frame_wrist, radius, reach.edges[1])
         task.target.pace_outside(ball, np.array(PACE))
 
 

@@ -20,7 +20,8 @@ ORIGIN_COUNTS = 1e-3  # weight of a wrist's origin beside its axes, where these 
 
 @dataclass(frozen=True)
 class ArmSpan:
-    """An arm that carries a frame: its `shoulder`, a joint, its wrist (3,) [m] in the frame.
+    """An arm that carries a frame: its `joints` by their number among
+    those of the robot, its `shoulder`, a joint of the model, its wrist (3,) [m] in the frame.
 
     `p_world_shoulder` (3,) [m] is where the shoulder is at the start. The wrist is the point of the
     frame that moves least as the hand turns. At most it is `longest` [m] from the shoulder, and at
@@ -28,6 +29,7 @@ class ArmSpan:
     Limits of joints are those of the elbow, not of the wrist.
     """
 
+    joints: tuple[int, ...]
     shoulder: int
     p_world_shoulder: np.ndarray
     p_frame_wrist: np.ndarray
@@ -57,9 +59,12 @@ def arm_span(robot: Robot, frame: str | int, q: np.ndarray) -> ArmSpan | None:
         found: np.ndarray = placements.oMf[frame_id].act(p_wrist)
         return found - placements.oMi[shoulder].translation
 
+    joints = tuple(model.joints[joint].idx_v - robot.nv_base for joint in arm)
     q = _stretched(robot, q, arm[1:], reached)
     turned = [float(np.linalg.norm(reached(one))) for one in _wrist_turned(robot, q, wrist)]
-    return ArmSpan(shoulder, p_shoulder, p_wrist, float(np.linalg.norm(reached(q))), min(turned))
+    return ArmSpan(
+        joints, shoulder, p_shoulder, p_wrist, float(np.linalg.norm(reached(q))), min(turned)
+    )
 
 
 def _arm_of(robot: Robot, frame_id: int) -> list[int]:

@@ -35,7 +35,7 @@ from equipoise.spatial.numbers import (
     require_period,
 )
 from equipoise.tasks.view import TaskView, joint_positions
-from equipoise.trajectories.live import is_sent_outside
+from equipoise.trajectories.live import is_sent_beyond
 
 # entries of the numbers; then for each joint its weight, its change, its fastest, its home
 PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING = range(8)
@@ -238,7 +238,7 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
     hand, there = wrist_at(T, numbers), wrist_at(task.target, numbers)
     reached, away = distance(hand, s[9:12]), distance(there, start)
     nearly, out = away > numbers[NEARLY], away > numbers[OUT]
-    if task.live.shape[0] and is_sent_outside(task.live):
+    if task.live.shape[0] and is_sent_beyond(task.live):
         out = True  # it will be: arms go there before legs
     numbers[BEHIND] += dt if numbers[LATE] == 0.0 else dt / PATIENT
     if beyond == 0.0:

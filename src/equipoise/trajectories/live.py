@@ -34,13 +34,13 @@ from equipoise.trajectories.posting import LONG_AGO, counts, faded, seconds
 # numbers of a live target: how many were taken, when the last one was, the settings; pose row [12]
 # and twist [6] at that time; when the fade began, the three derivatives of what is faded [3, 6],
 # how long its way and its rate take, what bounds both; the ball that an arm reaches: its centre,
-# the point of the target that has to be inside, its radius, and what bounds the fade of a target
-# outside; then what is posted: its count, pose row, twist, and whether the twist is known
+# the point of the target that has to be inside, its radius, from where on a body cannot help, and
+# what bounds the fade of a target outside; then what is posted: its count, pose row, twist, and whether the twist is known
 TAKEN, SINCE, FADE, HOLD, SMOOTHING = range(5)
 BASE, TWIST, FADE_SINCE, OFFSET = 5, 17, 23, 24
 SPAN, BRAKE, SPEED, ACCELERATION, TURN, TURN_ACCELERATION = range(42, 48)
-CENTRE, POINT, RADIUS, PACE = 48, 51, 54, 55
-POSTED = 59
+CENTRE, POINT, RADIUS, FARTHER, PACE = 48, 51, 54, 55, 56
+POSTED = 60
 NEW, NEW_TWIST, KNOWN = POSTED + 1, POSTED + 13, POSTED + 19
 COUNT = KNOWN + 1
 
@@ -57,12 +57,14 @@ LONGEST = 0.01  # [s] of one change of an estimate
 class Ball:
     """What an arm reaches: `point` (3,) of a target [m] lies in it, in its own axes.
 
-    `centre` (3,) [m] in the world, `radius` [m].
+    `centre` (3,) [m] in the world, `radius` [m]; from `farther` [m] on no body helps it to get
+    there.
     """
 
     centre: Array
     point: Array
     radius: float
+    farther: float
 
 
 class LiveTarget(CompiledTrajectory):
@@ -95,7 +97,7 @@ class LiveTarget(CompiledTrajectory):
         rigid("the pose of a live target", T_world_target)
         numbers = np.zeros(COUNT)
         bounds = (speed, acceleration, turn, turn_acceleration)
-        numbers[RADIUS] = numbers[PACE:POSTED] = math.inf
+        numbers[RADIUS:POSTED] = math.inf
         for place, name, value in zip(range(SPEED, CENTRE), BOUNDS, bounds, strict=True):
             numbers[place] = real_number(f"the {name} of a live target", value, finite=False)
             if not numbers[place] > 0.0:
@@ -131,6 +133,7 @@ class LiveTarget(CompiledTrajectory):
         self._numbers[CENTRE:POINT] = real_vector("the centre of a ball", ball.centre, 3)
         self._numbers[POINT:RADIUS] = real_vector("the point of a ball", ball.point, 3)
         self._numbers[RADIUS] = positive("the radius of a ball", ball.radius, "m")
+        self._numbers[FARTHER] = positive("what is farther than a ball", ball.farther, "m")
         self._numbers[PACE:POSTED] = real_vector("the pace of a live target", pace, 4)
 
     def post(self) -> None:
@@ -253,17 +256,17 @@ def take(n: np.ndarray, t: float) -> None:
 
 
 @compiled
-def is_outside(n: np.ndarray, row: np.ndarray) -> bool:
-    """Tell whether the point of a target's row is outside of the ball."""
+def is_beyond(n: np.ndarray, row: np.ndarray, radius: float) -> bool:
+    """Tell whether the point of a target's row is farther from the centre of its ball."""
     x, y, z = turned(row, n[POINT], n[POINT + 1], n[POINT + 2])
     x, y, z = row[9] + x - n[CENTRE], row[10] + y - n[CENTRE + 1], row[11] + z - n[CENTRE + 2]
-    return x * x + y * y + z * z > n[RADIUS] * n[RADIUS]
+    return x * x + y * y + z * z > radius * radius
 
 
 @compiled
-def is_sent_outside(n: np.ndarray) -> bool:
-    """Tell whether what was taken last is outside of the ball."""
-    return is_outside(n, n[BASE:TWIST])
+def is_sent_beyond(n: np.ndarray) -> bool:
+    """Tell whether what was taken last is where no body helps to get."""
+    return is_beyond(n, n[BASE:TWIST], n[FARTHER])
 
 
 @compiled
@@ -315,7 +318,7 @@ def fade_from(n: np.ndarray, t: float, shown: np.ndarray, apart: np.ndarray) -> 
     n[OFFSET + 10] = w[1] - 0.5 * ay + g * by
     n[OFFSET + 11] = w[2] - 0.5 * az + g * bz
     n[SPAN] = n[BRAKE] = n[FADE]
-    paced = is_outside(n, n[BASE:TWIST]) or is_outside(n, shown)
+    paced = is_beyond(n, n[BASE:TWIST], n[RADIUS]) or is_beyond(n, shown, n[RADIUS])
     for part in range(2):  # of place, of rotation
         at, fastest, change = OFFSET + 3 * part, n[SPEED + 2 * part], n[ACCELERATION + 2 * part]
         if paced:

@@ -3,7 +3,7 @@
 `python benchmarks/sweep_live_reach.py [--robots hrp2 g1] [--engines rigid] [--how jump drag]`
 
 A robot stands on its soles, or is bolted down, with one hand that is given as a pose. At 0.2 s the
-target is sent beyond the arm, by a jump or dragged at 0.5 m/s; at 6 s it is called back the same
+target is sent beyond the arm, by a jump or dragged at 0.25 m/s; at 6 s it is called back the same
 way; at 18 s it ends. A case is well if the law was never switched off, the robot stands, reference
 and robot are at rest at the end of the wait, and the hand is back in the end. Nothing but the
 target is said: what the robot does is what it does by default. Ends with 1 if a case is not well.
@@ -34,7 +34,7 @@ DIRECTIONS = {
     "behind": (-1.0, 0.0, 0.0),
 }
 AWAY, BACK, END = 0.2, 6.0, 18.0  # [s] when the target is sent, called back, and all is over
-DRAG = 0.5  # [m/s]
+DRAG, SOFTLY = 0.25, 0.5  # [m/s], [s] in which it comes to that
 STANDING = 0.9  # of the height at the start
 AT_REST = 0.3  # [rad/s] of every joint, of the reference and of the robot
 HOME = 1e-3  # [m] from where the hand was, in the end, by the reference
@@ -87,14 +87,20 @@ def target_of(case: Case) -> tuple[pin.SE3, pin.SE3]:
     return home, pin.SE3(home.rotation, shoulder + way * np.array(DIRECTIONS[case.direction]))
 
 
+def _dragged(t: float) -> float:
+    """Return how far [m] it is dragged in a time [s]."""
+    t = max(t, 0.0)
+    return DRAG * (t - 0.5 * SOFTLY if t > SOFTLY else 0.5 * t * t / SOFTLY)
+
+
 def where(t: float, home: pin.SE3, far: pin.SE3, how: str) -> pin.SE3:
     """Return where the target is at time `t` [s]."""
     if how == "jump":
         return far if AWAY <= t < BACK else home
     way = np.linalg.norm(far.translation - home.translation)
-    gone = min(DRAG * max(t - AWAY, 0.0), way)
+    gone = min(_dragged(t - AWAY), way)
     if t >= BACK:
-        gone = max(way - DRAG * (t - BACK), 0.0)
+        gone = max(min(_dragged(BACK - AWAY), way) - _dragged(t - BACK), 0.0)
     p = home.translation + gone / way * (far.translation - home.translation)
     return pin.SE3(home.rotation, p)
 

@@ -43,11 +43,11 @@ PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING = range(8)
 # (3,), from where on it may be out of reach, and surely is, whether the base floats; and what is
 # remembered: how calm joints are kept, from 1 to 0, whether the frame was left behind and has not
 # caught up, by how much it misses what is out of reach, for how long it has been behind, how far at
-# most where that is not for the length of its arm, and whether trunk and legs still come home;
-# after the four of each joint its speed in the tick before
+# most where that is not for the length of its arm, whether trunk and legs still come home, and
+# whether it was called back; after the four of each joint its speed in the tick before
 SHOULDER, CENTRE, WRIST, NEARLY, OUT, FLOATS = 8, 9, 12, 15, 16, 17
-CALM, LATE, MISSED, BEHIND, WORST, SLOW = range(18, 24)
-EACH = 24
+CALM, LATE, MISSED, BEHIND, WORST, SLOW, CALLED = range(18, 25)
+EACH = 25
 FREE = 0.02  # [m] from the target nothing is damped
 FULL = 0.1  # [m] beyond which a target is not followed in its speed, and the damping is whole
 LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
@@ -210,6 +210,8 @@ def calm_joints(task: TaskView, beyond: float, near: float) -> None:
     for i in range(na):
         row, weight, change = at + 6 + i, w * numbers[EACH + i], 0.0
         most = numbers[HOMING] / numbers[EACH + i]
+        if numbers[CALLED] != 0.0 and numbers[EACH + i] > HEAVY:
+            most = max(most, 0.5 * numbers[EACH + na + i] / HOME_RATE)
         home = min(max(numbers[EACH + 3 * na + i] - q[i], -most), most)
         kept = (inertia * before[i] + resistance * home) / (inertia + resistance)
         fastest = numbers[EACH + 2 * na + i] * faster
@@ -263,6 +265,7 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
         well = well or reached < numbers[NEARLY]
     if not (out or nearly or stuck) and well:
         numbers[CALM] = max(numbers[CALM] - dt / LEAVING, 0.0)
+    numbers[CALLED] = 0.0 if out or nearly else 1.0
     if numbers[CALM] == 0.0:
         numbers[WORST] = 0.0
         if beyond == 0.0:

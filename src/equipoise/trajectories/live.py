@@ -35,7 +35,8 @@ from equipoise.trajectories.posting import LONG_AGO, counts, faded, seconds
 # and twist [6] at that time; when the fade began, the three derivatives of what is faded [3, 6],
 # how long its way and its rate take, what bounds both; the ball that an arm reaches: its centre,
 # the point of the target that has to be inside, its radius, from where on a body cannot help, and
-# what bounds the fade of a target outside; then what is posted: its count, pose row, twist, and whether the twist is known
+# what bounds the fade of a target outside; then what is posted: its count, pose row, twist, and
+# whether the twist is known
 TAKEN, SINCE, FADE, HOLD, SMOOTHING = range(5)
 BASE, TWIST, FADE_SINCE, OFFSET = 5, 17, 23, 24
 SPAN, BRAKE, SPEED, ACCELERATION, TURN, TURN_ACCELERATION = range(42, 48)

@@ -41,6 +41,7 @@ from equipoise.tasks import (
     KernelTask,
     Task,
 )
+from equipoise.tasks.reach import MISSED
 from equipoise.tasks.view import COM_POINT, COM_POLYGON, FLOOR_SUPPORT, MOMENTUM
 from equipoise.trajectories import Fade
 from equipoise.trajectories.targets import TargetList, write_given
@@ -171,6 +172,16 @@ class MotionProgram:
         return any(
             isinstance(one.task, FramePoseTask) and one.task.remembers for one in self.kernel_tasks
         )
+
+    def missed(self, workspace: Workspace) -> dict[str, float]:
+        """Return by name how far [m] the frames of tasks are from targets out of their reach."""
+        part = workspace.parts["tasks"]
+        found: dict[str, float] = {}
+        for k, one in enumerate(self.kernel_tasks):
+            if isinstance(one.task, FramePoseTask) and one.task.remembers:
+                far = float(part.numbers[part.first[k] + MISSED])
+                found |= {one.task.name: far} if far > 0.0 else {}
+        return found
 
     def fill(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:
         """Write the constants; `number_of` a frame is its number in the tree."""

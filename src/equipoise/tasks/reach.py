@@ -40,14 +40,14 @@ from equipoise.trajectories.live import is_sent_beyond
 # entries of the numbers; then for each joint its weight, its change, its fastest, its home
 PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING = range(8)
 # the shoulder (a joint, or -1: always calm), where it is at the start (3,), the wrist in the frame
-# (3,), from where on it may be out of reach, and surely is, whether the base floats; and what is
+# (3,), from where on it may be out of reach, and surely is; and what is
 # remembered: how calm joints are kept, from 1 to 0, whether the frame was left behind and has not
 # caught up, by how much it misses what is out of reach, for how long it has been behind, how far at
 # most where that is not for the length of its arm, whether trunk and legs still come home, and
 # whether it was called back; after the four of each joint its speed in the tick before
-SHOULDER, CENTRE, WRIST, NEARLY, OUT, FLOATS = 8, 9, 12, 15, 16, 17
-CALM, LATE, MISSED, BEHIND, WORST, SLOW, CALLED = range(18, 25)
-EACH = 25
+SHOULDER, CENTRE, WRIST, NEARLY, OUT = 8, 9, 12, 15, 16
+CALM, LATE, MISSED, BEHIND, WORST, SLOW, CALLED = range(17, 24)
+EACH = 24
 FREE = 0.02  # [m] from the target nothing is damped
 FULL = 0.1  # [m] beyond which a target is not followed in its speed, and the damping is whole
 LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
@@ -79,8 +79,7 @@ class Reach:
     straight arm that is called back has to begin to bend somehow. `period` [s] is that of the
     generator. With a `span` all of this is only for what the arm cannot get to: it begins when the
     target's wrist is farther from where the shoulder was at the start than the second of `edges`
-    [m]; or than the first, with the frame more than 5 mm behind and, on a fixed base, the arm
-    stretched that way; or when the frame was 2 cm behind for 0.25 s, or a joint swings. It
+    [m]; or than the first, with the frame more than 5 mm behind and the arm stretched that way; or when the frame was 2 cm behind for 0.25 s, or a joint swings. It
     ends when the target is back and the frame follows it well, or the arm is bent. Before and after
     the target is followed exactly.
     Source: Sugihara 2011 (Levenberg-Marquardt); the mass in place of a damping that grows with the
@@ -140,7 +139,7 @@ class Reach:
         if self.span is not None:
             alike[SHOULDER:CALM] = [
                 self.span.shoulder, *self.span.p_world_shoulder, *self.span.p_frame_wrist,
-                *self.edges, self.robot.nv_base == 6,
+                *self.edges,
             ]  # fmt: skip
         else:
             alike[CALM] = 1.0
@@ -247,7 +246,7 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
         numbers[BEHIND] = 0.0
     if not out and nearly and near > FOLLOWED:
         x, y, z = there[0] - hand[0], there[1] - hand[1], there[2] - hand[2]
-        out = numbers[CALM] == 1.0 or numbers[FLOATS] != 0.0 or mobility(task, x, y, z) < STRETCHED
+        out = numbers[CALM] == 1.0 or mobility(task, x, y, z) < STRETCHED
     swinging = swings(task) and numbers[CALM] == 0.0
     stuck = numbers[BEHIND] > PATIENCE or swinging
     if out or stuck:

@@ -41,7 +41,7 @@ from equipoise.tasks import (
     KernelTask,
     Task,
 )
-from equipoise.tasks.reach import MISSED
+from equipoise.tasks.reach_memory import MISSED
 from equipoise.tasks.view import COM_POINT, COM_POLYGON, FLOOR_SUPPORT, MOMENTUM
 from equipoise.trajectories import Fade
 from equipoise.trajectories.targets import TargetList, write_given

@@ -136,15 +136,15 @@ def test_the_memory_of_a_wait_is_the_controllers(hrp2):
     q, v = hrp2.q_half_sitting, np.zeros(hrp2.nv)
     lam = np.zeros(controller.contacts.size)
     hand.target = pin.SE3(home.rotation, home.translation + np.array([1.0, 0.0, 0.0]))
-    for k in range(300):
+    for k in range(600):
         controller.motion.step(k * dt)
     assert controller.out_of_reach["hand"] > 0.1
     kept = controller.state()
     ends = []
     for _ in range(2):
         controller.restore(kept)
-        for k in range(300, 500):
+        for k in range(600, 700):
             controller.motion.step(k * dt)
         ends.append(controller.motion.q_ref)
     np.testing.assert_array_equal(ends[0], ends[1])
-    assert controller.step(2.5, q, v, lam) is not None
+    assert controller.step(3.5, q, v, lam) is not None

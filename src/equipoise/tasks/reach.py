@@ -75,8 +75,9 @@ class Reach:
     generator. With a `span` all of this is only for what the arm cannot get to: it begins when the
     target's wrist is farther from where the shoulder was at the start than the second of `edges`
     [m]; or than the first, with the frame more than 5 mm behind and the arm stretched that way; or
-    when the frame was 2 cm behind for long (0.4 s at a rate of 10), or a joint swings. It ends when the target is back
-    and the frame follows it well, or the arm is bent. Before and after it is followed exactly.
+    when the frame was 2 cm behind for long (0.4 s at a rate of 10), or a joint swings. It ends when
+    the target is back and the frame follows it well, or the arm is bent. Before and after it is
+    followed exactly.
     Source: Sugihara 2011 (Levenberg-Marquardt); the mass in place of a damping that grows with the
     error is ours: it keeps the velocity continuous where following turns into being drawn.
     Raises: `InputError`, `ShapeError`.

@@ -73,8 +73,8 @@ class Reach:
     where a joint that is damped goes by itself, by at most `homing` [rad/s] over its weight: a
     straight arm that is called back has to begin to bend somehow. `period` [s] is that of the
     generator. With a `span` all of this is only for what the arm cannot get to: it begins when the
-    target's wrist is farther from where the shoulder was at the start than the second of `edges`
-    [m]; or than the first, with the frame more than 5 mm behind and the arm stretched that way; or
+    target jumps farther from where the shoulder was at the start than the second of `edges` [m]; or
+    is there, or beyond the first with the arm stretched that way, and the frame 5 mm behind; or
     when the frame was 2 cm behind for long (0.4 s at a rate of 10), or a joint swings. It ends when
     the target is back and the frame follows it well, or the arm is bent. Before and after it is
     followed exactly.

@@ -54,7 +54,9 @@ def remember(task: TaskView, near: float, beyond: float) -> float:
     hand, there = wrist_at(T, numbers), wrist_at(task.target, numbers)
     reached, away = distance(hand, s[9:12]), distance(there, start)
     nearly, out = away > numbers[NEARLY], away > numbers[OUT]
-    if task.live.shape[0] and is_sent_beyond(task.live):
+    if out and numbers[CALM] < 1.0:
+        out = near > FOLLOWED  # what is followed is not out of reach
+    if task.live.shape[0] and is_sent_beyond(task.live, task.target):
         out = True  # it will be: arms go there before legs
     numbers[BEHIND] += dt if numbers[LATE] == 0.0 else dt / PATIENT
     if beyond == 0.0:

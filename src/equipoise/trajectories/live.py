@@ -49,6 +49,7 @@ BOUNDS = ("speed", "acceleration", "turn", "turn acceleration")
 SMALL, SMALL_TURN = 0.05, 0.2  # [m/s], [rad/s] a change of the wanted speed that need not be faded
 NOMINAL = 10.0  # [1/s] rate at which a task makes speeds of distances, to tell what is small
 ESTIMATE, ESTIMATE_TURN = 10.0, 40.0  # [m/s^2], [rad/s^2] how fast an estimated twist may change
+JUMP = 0.05  # [m] that a target still has to go
 AT_REST = [0.0] * 6
 BRAKING = 3.95  # greatest bend of the quintic that brakes from a rate of one in a unit of time
 LONGEST = 0.01  # [s] of one change of an estimate
@@ -265,9 +266,12 @@ def is_beyond(n: np.ndarray, row: np.ndarray, radius: float) -> bool:
 
 
 @compiled
-def is_sent_beyond(n: np.ndarray) -> bool:
-    """Tell whether what was taken last is where no body helps to get."""
-    return is_beyond(n, n[BASE:TWIST], n[FARTHER])
+def is_sent_beyond(n: np.ndarray, row: np.ndarray) -> bool:
+    """Tell whether a target at `row` jumps to where no body helps to get."""
+    square = 0.0
+    for i in range(9, 12):
+        square += (n[BASE + i] - row[i]) ** 2
+    return square > JUMP * JUMP and is_beyond(n, n[BASE:TWIST], n[FARTHER])
 
 
 @compiled

@@ -15,7 +15,6 @@ from equipoise.motion.levels import (
     feet_of,
     usual_levels,
 )
-from equipoise.motion.reaching import wait_where_out_of_reach
 from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import positive, real_period, real_vector
@@ -53,7 +52,6 @@ class InverseKinematics:
         q = robot.q_half_sitting if q_start is None else real_vector("q_start", q_start, robot.nq)
         held: list[Contact] = [*feet_of(robot, q, feet, 0.7), *contacts]
         levels = usual_levels(robot, q, held, tasks, 0.02)
-        wait_where_out_of_reach(robot, levels, q, self.dt)
         if accelerations is not None:
             levels = bound_accelerations(robot, levels, accelerations, self.dt)
         self.motion = MotionGenerator(robot, levels, lambda: make_solver(solver), self.dt, q)

@@ -50,8 +50,8 @@ class FramePoseTask(AimedTask):
     Args: `target`, a trajectory, or a pose that may be set while it runs (see `AimedTask`);
     `rate` [1/s], the paper's alpha of task convergence. `reach` says how a target is gone for that
     the frame is behind, or that lies out of its reach (see `Reach`); without one it is exact, but
-    `WholeBodyController` and `InverseKinematics` give a hand whose target is set while it runs a
-    reach of their own; False: it is always exact.
+    the doors of `WholeBodyController` give a hand whose target is set while it runs a reach of
+    their own; False: it is always exact.
     Source: eqs. (9)-(10). Differs from the print: the sign of (10) is that of J, the Jacobian of
     the frame itself and not of the error; the target's own twist is fed forward.
     """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 
@@ -38,3 +40,12 @@ def palm_grasp(robot: Robot, q: np.ndarray, regulated: tuple[str, ...] = ("fz",)
 def full_stack(robot: Robot, q: np.ndarray) -> ContactStack:
     """Return both soles and the palm grasp, anchored at `q`."""
     return ContactStack([*sole_contacts(robot, q), palm_grasp(robot, q)])
+
+
+def with_rotors(robot: Robot, inertia: float) -> Robot:
+    """Return the robot as an engine knows it: with rotors [kg m^2] behind its gears."""
+    model = robot.model.copy()
+    armature = np.array(model.armature)
+    armature[robot.nv_base :] += inertia
+    model.armature = armature
+    return replace(robot, model=model)

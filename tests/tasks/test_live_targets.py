@@ -14,7 +14,8 @@ from equipoise.motion import MotionGenerator
 from equipoise.spatial import pose
 from equipoise.tasks import FramePoseTask, GazeTask
 from equipoise.trajectories import FixedPose, LiveScalar, LiveTarget
-from equipoise.trajectories.live import live_alone, live_scalar_alone
+from equipoise.trajectories.live import live_alone
+from equipoise.trajectories.live_scalar import live_scalar_alone
 from helpers import kinematics
 
 DT, SPEED, RADIUS = 1e-3, 0.3, 0.1

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -15,18 +13,10 @@ from equipoise.motion import live_reach
 from equipoise.robots import get_robot
 from equipoise.tasks import FramePoseTask
 from equipoise.trajectories import LiveTarget
+from helpers import with_rotors
 
 ROTORS = 0.05  # [kg m^2]
 AWAY, BACK, END = 0.2, 8.0, 20.0  # [s] when the target is set, called back, and looked at
-
-
-def with_rotors(robot):
-    """Return the robot as an engine knows it: with rotors behind its gears."""
-    model = robot.model.copy()
-    armature = np.array(model.armature)
-    armature[robot.nv_base :] += ROTORS
-    model.armature = armature
-    return replace(robot, model=model)
 
 
 # robot, way [m], period [s], margin of the balance [m]: with 2 cm G1's ankles come to their limit
@@ -50,7 +40,9 @@ def test_a_hand_stretches_waits_and_comes_back(name, way, dt, margin):
     door = WholeBodyController.standing if robot.nv_base else WholeBodyController.fixed
     loop = LoopSettings(period=dt, rotor_inertia=ROTORS, margin=margin)
     controller = door(robot, tasks=[hand], loop=loop)
-    engine = RigidContactEngine(with_rotors(robot), controller.contacts, robot.q_half_sitting, dt)
+    engine = RigidContactEngine(
+        with_rotors(robot, ROTORS), controller.contacts, robot.q_half_sitting, dt
+    )
     state, v_ref, waited = engine.state, [], home.translation
     for k in range(round(END / dt)):
         if k == round(AWAY / dt):

@@ -293,6 +293,14 @@ class MotionGenerator:
         self._lay_out(self._state.q.copy(), t)
         self._tasks.v_ref[:] = v
 
+    @property
+    def out_of_reach(self) -> dict[str, float]:
+        """By task how far [m] a frame is from a target that it cannot get to, and waits for.
+
+        A radian counts as 0.2 m. Empty where every target is followed.
+        """
+        return self.program.missed(self.workspace)
+
     def measure_levels(self, slack: Array) -> None:
         """Write how much the newest answer violates each level (levels,), as `Solution.slack`."""
         levels_alone(*self._blocks, slack)

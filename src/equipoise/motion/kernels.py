@@ -124,7 +124,7 @@ from equipoise.tasks.view import (
 from equipoise.tasks.volumes import keep_in_rows, keep_out_rows
 from equipoise.trajectories.fade import fade_weight
 from equipoise.trajectories.targets import ROWS as TARGET_ROWS
-from equipoise.trajectories.targets import evaluate_targets, slow_targets
+from equipoise.trajectories.targets import evaluate_targets, live_numbers, slow_targets
 
 WORK_LIMIT = 1000
 
@@ -231,11 +231,10 @@ def task_rows(m: MotionBlocks, k: int, A: np.ndarray, lower: np.ndarray, upper: 
     """Write the rows of one task; those of a GIVEN one are written from Python."""
     kind, first = integers(m.tasks, KIND)[k], integers(m.tasks, FIRST)
     numbers = vector(m.tasks, NUMBERS)[first[k] : first[k + 1]]
-    at = integers(m.tasks, AT)[k]
+    at, target = integers(m.tasks, AT)[k], integers(m.tasks, TARGET)[k]
     view = TaskView(
-        m.tree, m.state, integers(m.tasks, FRAME)[k],
-        matrix(m.targets, TARGET_ROWS)[integers(m.tasks, TARGET)[k]], vector(m.tasks, RATES)[k],
-        numbers, A, lower, upper, at,
+        m.tree, m.state, integers(m.tasks, FRAME)[k], matrix(m.targets, TARGET_ROWS)[target],
+        live_numbers(m.targets, target), vector(m.tasks, RATES)[k], numbers, A, lower, upper, at,
     )  # fmt: skip
     if kind == FRAME_POSE:
         frame_pose_rows(view)

@@ -38,9 +38,11 @@ from equipoise.tasks import (
     ComPolygonTask,
     ContactTask,
     FloorSupportTask,
+    FramePoseTask,
     KernelTask,
     Task,
 )
+from equipoise.tasks.reach_memory import MISSED
 from equipoise.tasks.view import COM_POINT, COM_POLYGON, FLOOR_SUPPORT, MOMENTUM
 from equipoise.trajectories import Fade
 from equipoise.trajectories.targets import TargetList, write_given
@@ -151,7 +153,7 @@ class MotionProgram:
             f"search{k}.{name}" for k in range(len(self.fades) + 1) for name in SEARCH_MEMORY
         )
         live = ("targets.numbers",) if self.targets.live else ()
-        lean = ("tasks.numbers",) if self.leans else ()
+        lean = ("tasks.numbers",) if self.leans or self.waits else ()
         return ("reference.q", "tasks.v_ref", "tasks.clock", *searches, *live, *lean)
 
     @property
@@ -164,6 +166,23 @@ class MotionProgram:
             isinstance(one.task, ComPolygonTask | FloorSupportTask) and one.task.leans
             for one in self.kernel_tasks
         )
+
+    @property
+    def waits(self) -> bool:
+        """Whether a frame remembers that its target is out of reach."""
+        return any(
+            isinstance(one.task, FramePoseTask) and one.task.remembers for one in self.kernel_tasks
+        )
+
+    def missed(self, workspace: Workspace) -> dict[str, float]:
+        """Return by name how far [m] the frames of tasks are from targets out of their reach."""
+        part = workspace.parts["tasks"]
+        found: dict[str, float] = {}
+        for k, one in enumerate(self.kernel_tasks):
+            if isinstance(one.task, FramePoseTask) and one.task.remembers:
+                far = float(part.numbers[part.first[k] + MISSED])
+                found |= {one.task.name: far} if far > 0.0 else {}
+        return found
 
     def fill(self, workspace: Workspace, number_of: Callable[[str | int], int]) -> None:
         """Write the constants; `number_of` a frame is its number in the tree."""

@@ -29,4 +29,4 @@ def _alone(
     numbers: np.ndarray, A: np.ndarray, lower: np.ndarray, upper: np.ndarray,
 ) -> None:  # fmt: skip
     tree, state = part_of(floats, whole, tables, 0), part_of(floats, whole, tables, 1)
-    rows_of(TaskView(tree, state, 0, target, rate, numbers, A, lower, upper, 0))
+    rows_of(TaskView(tree, state, 0, target, numbers[:0], rate, numbers, A, lower, upper, 0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
@@ -49,7 +49,9 @@ class FramePoseTask(AimedTask):
 
     Args: `target`, a trajectory, or a pose that may be set while it runs (see `AimedTask`);
     `rate` [1/s], the paper's alpha of task convergence. `reach` says how a target is gone for that
-    the frame is behind, or that lies out of its reach (see `Reach`); without one it is exact.
+    the frame is behind, or that lies out of its reach (see `Reach`); without one it is exact, but
+    the doors of `WholeBodyController` give a hand whose target is set while it runs a reach of
+    their own; False: it is always exact.
     Source: eqs. (9)-(10). Differs from the print: the sign of (10) is that of J, the Jacobian of
     the frame itself and not of the error; the target's own twist is fed forward.
     """
@@ -65,15 +67,31 @@ class FramePoseTask(AimedTask):
         target: PoseTrajectory | pin.SE3,
         *,
         rate: float = 10.0,
-        reach: Reach | None = None,
+        reach: Reach | Literal[False] | None = None,
     ) -> None:
         super().__init__(name, target)
         self.frame: str | int = require_frame(name, frame)
         self.rate = require_rate(name, rate)
-        if reach is not None:
+        if reach is not None and reach is not False:
             require_kind(f"the reach of task {name!r}", reach, Reach)
-        self.reach = reach
-        self._joints = reach.robot.joint_names if reach is not None else ()
+        self.reach: Reach | None = reach or None
+        self._chosen = reach is not None
+
+    def wait_where_out_of_reach(self, reach: Reach) -> None:
+        """Take a reach, unless one was chosen at the construction; before its rows are laid out."""
+        if not self._chosen:
+            require_kind(f"the reach of task {self.name!r}", reach, Reach)
+            self.reach = reach
+
+    @property
+    def remembers(self) -> bool:
+        """Whether its numbers change: it knows for how long its target has been out of reach."""
+        return self.reach is not None and self.reach.span is not None
+
+    @property
+    def chosen(self) -> bool:
+        """Whether its maker said how it goes for what is out of reach."""
+        return self._chosen
 
     labels = ("x", "y", "z", "rx", "ry", "rz")
     units = ("m", "m", "m", "rad", "rad", "rad")
@@ -91,7 +109,8 @@ class FramePoseTask(AimedTask):
     @property
     def row_labels(self) -> tuple[str, ...]:
         """The components of the error, and the joints that a reach keeps calm."""
-        return (*self.labels, *(f"calm {joint}" for joint in self._joints))
+        joints = () if self.reach is None else self.reach.robot.joint_names
+        return (*self.labels, *(f"calm {joint}" for joint in joints))
 
     def write_constants(self, A: Array, robot: Any) -> None:
         """Write where the velocities of the joints stand that a reach keeps calm."""

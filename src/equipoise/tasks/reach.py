@@ -19,8 +19,10 @@ import numpy as np
 from equipoise.compiled import compiled, inlined
 from equipoise.compiled.workspace import vector
 from equipoise.errors import InputError
+from equipoise.given import require_kind
 from equipoise.kinematics.kernels import VELOCITY
 from equipoise.robots import Robot, require_robot
+from equipoise.robots.arm_span import ArmSpan
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import (
     not_negative,
@@ -30,13 +32,30 @@ from equipoise.spatial.numbers import (
     real_vector,
     require_period,
 )
+from equipoise.tasks.reach_memory import (
+    CALLED,
+    CALM,
+    CLOSE,
+    DAMPING,
+    EACH,
+    FREE,
+    FULL,
+    HEAVY,
+    HOME_RATE,
+    HOMING,
+    JOINTS,
+    LATE,
+    LEVER,
+    MASS,
+    PERIOD,
+    PULL,
+    PULL_TURN,
+    SHOULDER,
+    SLOW,
+    SWING,
+    remember,
+)
 from equipoise.tasks.view import TaskView, joint_positions
-
-# entries of the numbers; then for each joint its weight, its change, its fastest, its home
-PULL, PULL_TURN, DAMPING, MASS, PERIOD, JOINTS, CLOSE, HOMING, EACH = range(9)
-FREE = 0.02  # [m] from the target nothing is damped
-FULL = 0.1  # [m] beyond which a target is not followed in its speed, and the damping is whole
-LEVER = 0.2  # [m] a turn counts as much as a way of this length for each radian
 
 
 @dataclass(frozen=True)
@@ -53,7 +72,12 @@ class Reach:
     the distance falls, so that a target that is followed well is followed exactly. `home` (na,) is
     where a joint that is damped goes by itself, by at most `homing` [rad/s] over its weight: a
     straight arm that is called back has to begin to bend somehow. `period` [s] is that of the
-    generator.
+    generator. With a `span` all of this is only for what the arm cannot get to: it begins when the
+    target jumps farther from where the shoulder was at the start than the second of `edges` [m]; or
+    is there, or beyond the first with the arm stretched that way, and the frame 5 mm behind; or
+    when the frame was 2 cm behind for long (0.4 s at a rate of 10), or a joint swings. It ends when
+    the target is back and the frame follows it well, or the arm is bent. Before and after it is
+    followed exactly.
     Source: Sugihara 2011 (Levenberg-Marquardt); the mass in place of a damping that grows with the
     error is ours: it keeps the velocity continuous where following turns into being drawn.
     Raises: `InputError`, `ShapeError`.
@@ -71,6 +95,8 @@ class Reach:
     close: float = 0.0
     home: Array | None = None
     homing: float = 0.05
+    span: ArmSpan | None = None
+    edges: tuple[float, float] = (math.inf, math.inf)
 
     def __post_init__(self) -> None:
         require_robot("the robot whose joints a reach damps", self.robot)
@@ -78,6 +104,10 @@ class Reach:
         for name in ("damping", "close", "homing"):
             not_negative(f"the {name} of a reach", getattr(self, name))
         positive("the mass of a reach", self.mass, "s")
+        if self.span is not None:
+            require_kind("the span of a reach", self.span, ArmSpan)
+            for edge in self.edges:
+                positive("an edge of a reach", edge, "m")
         for name in ("pull", "pull_turn"):
             drawn = real_number(f"the {name.replace('_', ' ')}", getattr(self, name), finite=False)
             if not drawn > 0.0:
@@ -101,38 +131,94 @@ class Reach:
         """What the kernel needs, in the order of its entries."""
         alike = [self.pull, self.pull_turn, self.damping, self.mass, self.period, self.robot.na]
         alike += [self.close, 0.0 if self.home is None else self.homing]
+        alike += [-1.0] + [0.0] * (EACH - SHOULDER - 1)
+        if self.span is not None:
+            alike[SHOULDER:CALM] = [
+                self.span.shoulder, *self.span.p_world_shoulder, *self.span.p_frame_wrist,
+                *self.edges,
+            ]  # fmt: skip
+        else:
+            alike[CALM] = 1.0
         home = np.zeros(self.robot.na) if self.home is None else self.home
-        return np.concatenate((alike, *map(self._each, ("weights", "change", "fastest")), home))
+        joints = map(self._each, ("weights", "change", "fastest"))
+        return np.concatenate((alike, *joints, home, np.zeros_like(home)))
 
 
 @compiled
 def bound_reach(task: TaskView, error: tuple[float, float, float, float, float, float]) -> None:
-    """Write the six rows of a frame with its pull bounded, and a row for each joint below them."""
+    """Bound the pull of the six rows of a frame, and write a row for each joint below them."""
     lower, at, numbers, target = task.lower, task.at, task.numbers, task.target
     far = math.sqrt(error[0] ** 2 + error[1] ** 2 + error[2] ** 2)
     angle = math.sqrt(error[3] ** 2 + error[4] ** 2 + error[5] ** 2)
     beyond = max(far - FREE, 0.0) + max(LEVER * angle - FREE, 0.0)
     near = max(far + LEVER * angle, 1e-9)
-    faster = numbers[CLOSE] / near if near < numbers[CLOSE] else 1.0
     share = min(beyond / FULL, 1.0)
+    if numbers[SHOULDER] >= 0.0:
+        share *= remember(task, near, beyond)
+        bound_swings(task)
+        if numbers[CALM] == 0.0 and numbers[SLOW] != 0.0:
+            calm_joints(task, 0.0, near)
+        if numbers[LATE] == 0.0:
+            return
     for i in range(6):
         lower[at + i] = task.rate * error[i]
     shorten(lower, at, numbers[PULL])
     shorten(lower, at + 3, numbers[PULL_TURN])
     for i in range(6):
         lower[at + i] += (1.0 - share) * target[12 + i]
-    before, na = vector(task.state, VELOCITY), int(numbers[JOINTS])
-    first, dt, inertia = task.A.shape[1] - na, numbers[PERIOD], numbers[MASS] / numbers[PERIOD]
-    resistance = numbers[DAMPING] ** 2 * share if beyond > 0.0 else 0.0
+    if numbers[CALM] > 0.0:
+        calm_joints(task, beyond, near)
+
+
+@compiled
+def bound_swings(task: TaskView) -> None:
+    """Let no joint change its speed as only swinging ones do; free joints that start at rest."""
+    v, numbers, na = vector(task.state, VELOCITY), task.numbers, int(task.numbers[JOINTS])
+    first, last, most = v.shape[0] - na, EACH + 4 * na, SWING * numbers[PERIOD]
+    moving = False
+    for i in range(na):
+        moving = moving or numbers[last + i] != 0.0
+    for i in range(na):
+        row = task.at + 6 + i
+        task.lower[row], task.upper[row] = -np.inf, np.inf
+        if moving:
+            task.A[row, first + i] = 1.0
+            task.lower[row], task.upper[row] = v[first + i] - most, v[first + i] + most
+
+
+@compiled
+def calm_joints(task: TaskView, beyond: float, near: float) -> None:
+    """Write a row for each joint: damped with a mass where the frame is behind, else bounded.
+
+    While the frame comes back light joints become free; heavy ones keep their bounds, since what
+    leans to an edge of the feet may leave it only slowly.
+    """
+    at, numbers, calm = task.at, task.numbers, task.numbers[CALM]
+    faster = numbers[CLOSE] / near if near < numbers[CLOSE] else 1.0
+    na, mass, returns = int(numbers[JOINTS]), numbers[MASS], calm < 1.0
+    first, dt, inertia = task.A.shape[1] - na, numbers[PERIOD], mass / numbers[PERIOD]
+    v = vector(task.state, VELOCITY)
+    before = v[v.shape[0] - na :]
+    damped = beyond > 0.0 and not returns
+    resistance = numbers[DAMPING] ** 2 * min(beyond / FULL, 1.0) if damped else 0.0
     w, q = math.sqrt(inertia + resistance), joint_positions(task.state, na)
     for i in range(na):
         row, weight, change = at + 6 + i, w * numbers[EACH + i], 0.0
         most = numbers[HOMING] / numbers[EACH + i]
+        if numbers[CALLED] != 0.0 and numbers[EACH + i] > HEAVY:
+            most = max(most, 0.5 * numbers[EACH + na + i] / HOME_RATE)
         home = min(max(numbers[EACH + 3 * na + i] - q[i], -most), most)
-        kept = (inertia * before[first + i] + resistance * home) / (inertia + resistance)
+        kept = (inertia * before[i] + resistance * home) / (inertia + resistance)
         fastest = numbers[EACH + 2 * na + i] * faster
-        if beyond == 0.0:
-            change = numbers[EACH + na + i] * dt
+        if not damped:
+            change = numbers[EACH + na + i]
+        if returns and numbers[EACH + i] > HEAVY:
+            fastest = max(fastest, change / HOME_RATE)
+        elif returns:
+            if calm == 0.0:
+                continue
+            fastest, change = fastest / calm, change / calm
+        change *= dt
         task.A[row, first + i] = weight
         task.lower[row] = weight * min(max(-fastest, kept - change), kept + change)
         task.upper[row] = weight * min(max(fastest, kept - change), kept + change)

@@ -20,14 +20,16 @@ class TaskView(NamedTuple):
     """One task at one state.
 
     `frame`: number of its frame in the tree; `target` [18]: pose row and twist of its target;
-    `rate` [1/s]; `numbers` are its other constants. Its rows go to A, lower, upper from row `at`
-    on. Of A only the columns that can differ from zero are written.
+    `live`: the numbers of a target that is set while it runs, empty for others and alone; `rate`
+    [1/s]; `numbers` are its other constants. Its rows go to A, lower, upper from row `at` on. Of A
+    only the columns that can differ from zero are written.
     """
 
     tree: Block
     state: Block
     frame: int
     target: np.ndarray
+    live: np.ndarray
     rate: float
     numbers: np.ndarray
     A: np.ndarray

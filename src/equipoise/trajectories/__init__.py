@@ -5,7 +5,8 @@ from equipoise.trajectories.base import PoseSample, PoseTrajectory
 from equipoise.trajectories.carried import CarriedTrajectory
 from equipoise.trajectories.fade import Fade
 from equipoise.trajectories.fixed import FixedPose
-from equipoise.trajectories.live import LiveScalar, LiveTarget
+from equipoise.trajectories.live import LiveTarget
+from equipoise.trajectories.live_scalar import LiveScalar
 from equipoise.trajectories.profile import Profile
 from equipoise.trajectories.pushing import PushingForce
 from equipoise.trajectories.scalar import ScalarTrajectory

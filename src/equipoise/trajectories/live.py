@@ -1,4 +1,4 @@
-"""Targets and forces that are set while they are followed, by any thread, and never jump.
+"""Poses that are set while they are followed, by any thread, and never jump.
 
 What is set is posted as one object; the tick takes it at its own time. From then on a target goes
 along with its twist, and what it would have jumped by is led to zero over a fade: one quintic for
@@ -9,8 +9,8 @@ stream of targets is followed without a lag.
 
 from __future__ import annotations
 
-import itertools
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -23,34 +23,50 @@ from equipoise.spatial.kernels import (
     rotation_difference,
     rotation_matrix,
     rotation_rate,
+    turned,
 )
-from equipoise.spatial.numbers import real_list, real_number
+from equipoise.spatial.numbers import positive, real_list, real_number, real_vector
 from equipoise.spatial.poses import rigid, rigid_row
 from equipoise.trajectories.base import LIVE, ROW, CompiledTrajectory, instant
 from equipoise.trajectories.minimum_jerk import FASTEST, SHARPEST
-from equipoise.trajectories.scalar import LIVE as LIVE_SCALAR
-from equipoise.trajectories.scalar import CompiledScalar
+from equipoise.trajectories.posting import LONG_AGO, counts, faded, seconds
 
 # numbers of a live target: how many were taken, when the last one was, the settings; pose row [12]
 # and twist [6] at that time; when the fade began, the three derivatives of what is faded [3, 6],
-# how long its way and its rate take, what bounds both; then what is posted: its count, pose row,
-# twist, and whether the twist is known
+# how long its way and its rate take, what bounds both; the ball that an arm reaches: its centre,
+# the point of the target that has to be inside, its radius, from where on a body cannot help, and
+# what bounds the fade of a target outside; then what is posted: its count, pose row, twist, and
+# whether the twist is known
 TAKEN, SINCE, FADE, HOLD, SMOOTHING = range(5)
 BASE, TWIST, FADE_SINCE, OFFSET = 5, 17, 23, 24
 SPAN, BRAKE, SPEED, ACCELERATION, TURN, TURN_ACCELERATION = range(42, 48)
-POSTED = 48
+CENTRE, POINT, RADIUS, FARTHER, PACE = 48, 51, 54, 55, 56
+POSTED = 60
 NEW, NEW_TWIST, KNOWN = POSTED + 1, POSTED + 13, POSTED + 19
 COUNT = KNOWN + 1
 
 BOUNDS = ("speed", "acceleration", "turn", "turn acceleration")
-LONG_AGO = -1e9  # [s]
 SMALL, SMALL_TURN = 0.05, 0.2  # [m/s], [rad/s] a change of the wanted speed that need not be faded
 NOMINAL = 10.0  # [1/s] rate at which a task makes speeds of distances, to tell what is small
 ESTIMATE, ESTIMATE_TURN = 10.0, 40.0  # [m/s^2], [rad/s^2] how fast an estimated twist may change
+JUMP = 0.05  # [m] that a target still has to go
 AT_REST = [0.0] * 6
 BRAKING = 3.95  # greatest bend of the quintic that brakes from a rate of one in a unit of time
 LONGEST = 0.01  # [s] of one change of an estimate
-_counts = itertools.count(1)  # `next` of it is one step for every thread
+
+
+@dataclass(frozen=True)
+class Ball:
+    """What an arm reaches: `point` (3,) of a target [m] lies in it, in its own axes.
+
+    `centre` (3,) [m] in the world, `radius` [m]; from `farther` [m] on no body helps it to get
+    there.
+    """
+
+    centre: Array
+    point: Array
+    radius: float
+    farther: float
 
 
 class LiveTarget(CompiledTrajectory):
@@ -83,12 +99,13 @@ class LiveTarget(CompiledTrajectory):
         rigid("the pose of a live target", T_world_target)
         numbers = np.zeros(COUNT)
         bounds = (speed, acceleration, turn, turn_acceleration)
-        for place, name, value in zip(range(SPEED, POSTED), BOUNDS, bounds, strict=True):
+        numbers[RADIUS:POSTED] = math.inf
+        for place, name, value in zip(range(SPEED, CENTRE), BOUNDS, bounds, strict=True):
             numbers[place] = real_number(f"the {name} of a live target", value, finite=False)
             if not numbers[place] > 0.0:
                 raise InputError(f"the {name} of a live target must be positive", given=value)
         for place, name, value in ((FADE, "fade", fade), (HOLD, "hold", hold)):
-            numbers[place] = _positive(f"the {name} of a live target", value)
+            numbers[place] = seconds(f"the {name} of a live target", value)
         numbers[SMOOTHING] = real_number("the smoothing of a live target", smoothing)
         if numbers[SMOOTHING] < 0.0:
             raise InputError("the smoothing must not be negative [s]", given=smoothing)
@@ -106,8 +123,20 @@ class LiveTarget(CompiledTrajectory):
         row, moving, known = rigid_row("a live target", T_world_target), AT_REST, 0.0
         if twist is not None:
             moving, known = real_list("the twist of a live target", twist, 6), 1.0
-        posted = np.array([next(_counts), *row, *moving, known])
+        posted = np.array([next(counts), *row, *moving, known])
         self._posted = posted  # one step: another thread sees the whole of it, or nothing
+
+    def pace_outside(self, ball: Ball, pace: Array) -> None:
+        """Let a jump to what is outside of a ball, or back from there, keep a pace (4,).
+
+        That is a speed [m/s], an acceleration [m/s^2], and the same of turns [rad]. Jumps inside
+        are as they were.
+        """
+        self._numbers[CENTRE:POINT] = real_vector("the centre of a ball", ball.centre, 3)
+        self._numbers[POINT:RADIUS] = real_vector("the point of a ball", ball.point, 3)
+        self._numbers[RADIUS] = positive("the radius of a ball", ball.radius, "m")
+        self._numbers[FARTHER] = positive("what is farther than a ball", ball.farther, "m")
+        self._numbers[PACE:POSTED] = real_vector("the pace of a live target", pace, 4)
 
     def post(self) -> None:
         """Hand what was set last to the numbers that the tick works with."""
@@ -132,102 +161,6 @@ class LiveTarget(CompiledTrajectory):
         numbers[POSTED:] = self._posted
         live_alone(numbers, instant(t), row)
         return row
-
-
-class LiveScalar(CompiledScalar):
-    """A number, such as a wanted force, that is set while it is followed, from any thread.
-
-    It goes from `start` (`value` itself if None) and from each `value` to the next over `fade` [s];
-    a change of less than `small` is taken at once.
-    Raises: `InputError`, `NonFiniteError`.
-    """
-
-    kind = LIVE_SCALAR
-
-    def __init__(
-        self, value: float, *, start: float | None = None, fade: float = 0.5, small: float = 0.5
-    ) -> None:
-        value = real_number("a live value", value)
-        begin = value if start is None else real_number("the start of a live value", start)
-        numbers = np.zeros(SCALAR_COUNT)
-        numbers[S_FADE] = _positive("the fade of a live value", fade)
-        numbers[S_SMALL] = real_number("the small change of a live value", small)
-        numbers[S_VALUE], numbers[S_SINCE] = begin, LONG_AGO
-        self._numbers = numbers
-        self._posted = self._seen = numbers[S_POSTED:].copy()
-        if begin != value:
-            self.set(value)
-
-    @property
-    def value(self) -> float:
-        """What was set last; setting it is `set`."""
-        posted = self._posted
-        return float(posted[1] if posted[0] else self._numbers[S_VALUE])
-
-    @value.setter
-    def value(self, value: float) -> None:
-        self.set(value)
-
-    def set(self, value: float) -> None:
-        """Let this be wanted, from the next tick on. Raises: `InputError`, `NonFiniteError`."""
-        self._posted = np.array([next(_counts), real_number("a live value", value)])
-
-    def post(self) -> None:
-        """Hand what was set last to the numbers that the tick works with."""
-        posted = self._posted
-        if posted is not self._seen:
-            self._numbers[S_POSTED:] = posted
-            self._seen = posted
-
-    def work_in(self, numbers: Array) -> None:
-        """Keep the numbers from now on in an array that a kernel works with."""
-        numbers[:] = self._numbers
-        self._numbers = numbers
-
-    @property
-    def numbers(self) -> Array:
-        """What the kernel needs, as it is now."""
-        return self._numbers.copy()
-
-    @property
-    def least(self) -> float:
-        """The lesser of what it is at first and what was set: a quintic from rest stays between."""
-        return min(float(self._numbers[S_VALUE]), self.value)
-
-    def at(self, t: float) -> float:
-        """Return the value that a tick at time `t` [s] would want."""
-        numbers = self._numbers.copy()
-        numbers[S_POSTED:] = self._posted
-        return live_scalar_alone(numbers, instant(t))
-
-
-# numbers of a live scalar: how many were taken, the settings, the value; when the fade began, and
-# the three derivatives of what is faded; then what is posted: its count and value
-S_TAKEN, S_FADE, S_SMALL, S_VALUE, S_SINCE, S_OFFSET, S_POSTED = 0, 1, 2, 3, 4, 5, 8
-SCALAR_COUNT = S_POSTED + 2
-
-
-def _positive(what: str, value: float) -> float:
-    number = real_number(what, value)
-    if not number > 0.0:
-        raise InputError(f"{what} must be positive", given=value, remedy="Give seconds")
-    return number
-
-
-@compiled
-def faded(o: float, r: float, a: float, span: float, s: float) -> tuple[float, float, float]:
-    """Return value, rate and bend, at s, of what goes from (o, r, a) to rest at zero in `span`."""
-    if s >= span:
-        return 0.0, 0.0, 0.0
-    x, r, a = s / span, r * span, 0.5 * a * span * span
-    c3 = -10.0 * o - 6.0 * r - 3.0 * a
-    c4 = 15.0 * o + 8.0 * r + 3.0 * a
-    c5 = -6.0 * o - 3.0 * r - a
-    return (
-        o + x * (r + x * (a + x * (c3 + x * (c4 + x * c5)))),
-        (r + x * (2.0 * a + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / span,
-        (2.0 * a + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))) / (span * span),
-    )
 
 
 @compiled
@@ -325,6 +258,23 @@ def take(n: np.ndarray, t: float) -> None:
 
 
 @compiled
+def is_beyond(n: np.ndarray, row: np.ndarray, radius: float) -> bool:
+    """Tell whether the point of a target's row is farther from the centre of its ball."""
+    x, y, z = turned(row, n[POINT], n[POINT + 1], n[POINT + 2])
+    x, y, z = row[9] + x - n[CENTRE], row[10] + y - n[CENTRE + 1], row[11] + z - n[CENTRE + 2]
+    return x * x + y * y + z * z > radius * radius
+
+
+@compiled
+def is_sent_beyond(n: np.ndarray, row: np.ndarray) -> bool:
+    """Tell whether a target at `row` jumps to where no body helps to get."""
+    square = 0.0
+    for i in range(9, 12):
+        square += (n[BASE + i] - row[i]) ** 2
+    return square > JUMP * JUMP and is_beyond(n, n[BASE:TWIST], n[FARTHER])
+
+
+@compiled
 def estimate(n: np.ndarray, t: float) -> None:
     """Write the twist of what was posted, from how far it is from what was taken before."""
     gap = t - n[SINCE]
@@ -373,38 +323,19 @@ def fade_from(n: np.ndarray, t: float, shown: np.ndarray, apart: np.ndarray) -> 
     n[OFFSET + 10] = w[1] - 0.5 * ay + g * by
     n[OFFSET + 11] = w[2] - 0.5 * az + g * bz
     n[SPAN] = n[BRAKE] = n[FADE]
+    paced = is_beyond(n, n[BASE:TWIST], n[RADIUS]) or is_beyond(n, shown, n[RADIUS])
     for part in range(2):  # of place, of rotation
         at, fastest, change = OFFSET + 3 * part, n[SPEED + 2 * part], n[ACCELERATION + 2 * part]
+        if paced:
+            fastest = min(fastest, n[PACE + 2 * part])
+            change = min(change, n[PACE + 2 * part + 1])
         far = math.sqrt(n[at] ** 2 + n[at + 1] ** 2 + n[at + 2] ** 2)
         rate = math.sqrt(n[at + 6] ** 2 + n[at + 7] ** 2 + n[at + 8] ** 2)
         n[SPAN] = max(n[SPAN], FASTEST * far / fastest, math.sqrt(SHARPEST * far / change))
         n[BRAKE] = max(n[BRAKE], BRAKING * rate / change)
 
 
-@compiled
-def live_scalar_at(n: np.ndarray, t: float) -> float:
-    """Return the value at time t; what is posted and not yet taken is taken first."""
-    since = max(t - n[S_SINCE], 0.0)
-    o, r, a = faded(n[S_OFFSET], n[S_OFFSET + 1], n[S_OFFSET + 2], n[S_FADE], since)
-    if n[S_POSTED] == n[S_TAKEN]:
-        return n[S_VALUE] + o
-    n[S_TAKEN] = n[S_POSTED]
-    jump = n[S_VALUE] - n[S_POSTED + 1]
-    n[S_VALUE] = n[S_POSTED + 1]
-    if abs(jump) <= n[S_SMALL]:
-        return n[S_VALUE] + o
-    n[S_SINCE] = t
-    n[S_OFFSET], n[S_OFFSET + 1], n[S_OFFSET + 2] = o + jump, r, a
-    return n[S_VALUE] + o + jump
-
-
 @entrance
 def live_alone(numbers: np.ndarray, t: float, row: np.ndarray) -> None:
     """Write the row of one live target."""
     live_row(numbers, t, row)
-
-
-@entrance
-def live_scalar_alone(numbers: np.ndarray, t: float) -> float:
-    """Return the value of one live scalar."""
-    return live_scalar_at(numbers, t)

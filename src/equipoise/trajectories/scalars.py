@@ -12,7 +12,7 @@ import numpy as np
 from equipoise.compiled import compiled
 from equipoise.compiled.workspace import Arrays, Block, Part, Shape, integers, vector
 from equipoise.spatial import Array
-from equipoise.trajectories.live import LiveScalar, live_scalar_at
+from equipoise.trajectories.live_scalar import LiveScalar, live_scalar_at
 from equipoise.trajectories.profile import profile_at
 from equipoise.trajectories.pushing import pushing_at
 from equipoise.trajectories.scalar import (

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from equipoise.compiled import compiled
+from equipoise.compiled import compiled, inlined
 from equipoise.compiled.workspace import Arrays, Block, Part, Shape, integers, matrix, vector
 from equipoise.spatial import Array
 from equipoise.trajectories.attached import attached_row
@@ -100,6 +100,14 @@ def evaluate_targets(targets: Block, t: float) -> None:
     """Write the rows of all targets that move, at time t."""
     for k in range(integers(targets, KIND).shape[0]):
         evaluate_target(targets, k, t)
+
+
+@inlined
+def live_numbers(targets: Block, k: int) -> np.ndarray:
+    """Return the numbers of target k, if it is set while it runs, and nothing else."""
+    first = integers(targets, FIRST)
+    last = first[k + 1] if integers(targets, KIND)[k] == LIVE else first[k]
+    return vector(targets, NUMBERS)[first[k] : last]
 
 
 @compiled

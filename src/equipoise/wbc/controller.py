@@ -336,6 +336,11 @@ class WholeBodyController:
         return asked
 
     @property
+    def out_of_reach(self) -> dict[str, float]:
+        """By task how far [m] a hand is from a target that it cannot get to, and waits for."""
+        return self.motion.out_of_reach
+
+    @property
     def offsets(self) -> Array:
         """What a person adds to the wanted multipliers (k,), in the order of `rows`."""
         return self.workspace.parts["scalars"].offsets[: len(self.wants.scalars)]

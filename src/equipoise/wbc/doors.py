@@ -27,6 +27,7 @@ from equipoise.motion.levels import (
     feet_of,
     usual_levels,
 )
+from equipoise.motion.reaching import wait_where_out_of_reach
 from equipoise.robots import Robot, require_robot
 from equipoise.spatial import Array
 from equipoise.spatial.numbers import real_array, real_number, real_vector, require_period
@@ -151,6 +152,7 @@ def _open(
         filter_time=loop.observer,
     )
     levels = usual_levels(robot, q, stack.contacts, wish.tasks, loop.margin)
+    wait_where_out_of_reach(robot, levels, q, loop.period)
     if loop.accelerations is not None:
         levels = bound_accelerations(robot, levels, loop.accelerations, loop.period)
     return Opened(levels, stack, settings, q, _wanted(stack, wish.forces))

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from equipoise import InverseKinematics, LoopSettings, RigidContactEngine, WholeBodyController
-from equipoise.control.supervisor import Mode
+from equipoise.control.modes import Mode
 from equipoise.motion import live_reach
 from equipoise.robots import get_robot, named_robots
 from equipoise.robots.arm_span import arm_span
@@ -150,3 +150,14 @@ def test_the_memory_of_a_wait_is_the_controllers(hrp2):
         ends.append(controller.motion.q_ref)
     np.testing.assert_array_equal(ends[0], ends[1])
     assert controller.step(3.5, q, v, lam) is not None
+
+
+def test_what_has_an_ease_or_was_told_not_to_does_not_wait(hrp2):
+    frame, home = home_of(hrp2)
+    tasks = [
+        FramePoseTask("waits", frame, home),
+        FramePoseTask("eased", frame, home).easing(10.0),
+        FramePoseTask("told", frame, home, reach=False),
+    ]
+    WholeBodyController.standing(hrp2, tasks=tasks)
+    assert [task.reach is not None for task in tasks] == [True, False, False]

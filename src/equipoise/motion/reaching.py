@@ -84,14 +84,16 @@ def wait_where_out_of_reach(
 ) -> None:
     """Let hands whose targets are set while they run wait, stretched, for what is out of reach.
 
-    What was given a reach, or False, keeps it. Jumps that leave the ball that the arm reaches, or
-    come back into it, keep a pace.
+    What was given a reach, or False, keeps it; what has an ease gets none. Jumps that leave the
+    ball that the arm reaches, or come back into it, keep a pace.
     """
     for task in (task for level in levels for task in level):
         if not isinstance(task, FramePoseTask) or task.chosen:
             continue
         if not isinstance(task.target, LiveTarget) or task.frame is None:
             continue
+        if np.isfinite(task.ease):
+            continue  # it knows the velocity of the tick before by itself
         reach = live_reach(robot, period, q, task.frame)
         if reach.span is None:
             continue  # no arm: a foot, a head

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from equipoise.errors import ScenarioError
 from equipoise.robots import Robot, get_robot
 from equipoise.scenarios import read_scenario
 from equipoise.simulation.simulation import Simulation
@@ -259,7 +260,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for robot in given.robot or ROBOTS:
             if robot not in cases()[name].robots:
                 continue
-            result, ticks = measure(name, robot, given.set)
+            try:
+                result, ticks = measure(name, robot, given.set)
+            except ScenarioError as refused:
+                print(f"{name:34} {robot:6} refused: {refused}", flush=True)
+                continue
             print(told(result), flush=True)
             if given.story:
                 print("\n".join(ticks.simulation.story))

@@ -13,7 +13,7 @@ from equipoise.contacts import ContactStack
 from equipoise.control import Mode, SupervisorLimits
 from equipoise.control.found_by_contacts import FoundByContacts, found_by_contacts
 from equipoise.control.passivity.gain_advice import inertia_matrix, random_postures
-from equipoise.control.safe_hold import damping_of_all
+from equipoise.control.safe_hold import DAMPING_SHARE, damping_of_all, joint_damping
 from equipoise.errors import InputError
 from equipoise.kinematics import KinematicsEvaluator
 from equipoise.robots import get_robot
@@ -80,6 +80,24 @@ def test_without_a_contact_no_base_is_made_up(hrp2):
     assert found.follow(nothing, whole, whole, lost, np.zeros(0)) is None
 
 
+@pytest.mark.parametrize("delay", [0.001, 0.005, 0.02])
+@pytest.mark.parametrize("name", ROBOTS)
+def test_damping_is_stable_for_every_joint_at_its_delay(name, delay):
+    """dv/dt = -M^-1 D v(t - delay), the robot afloat: stepped, not by eigenvalues."""
+    robot = get_robot(name)
+    M = pin.crba(robot.model, robot.model.createData(), robot.q_half_sitting)
+    M = np.triu(M) + np.triu(M, 1).T
+    D = joint_damping(robot, robot.q_half_sitting, delay)
+    least = 1.0 / np.diag(np.linalg.inv(M))[6:]
+    assert D * delay / least == pytest.approx(DAMPING_SHARE)
+    for joint in range(robot.na):
+        v = np.zeros(41)  # the last delay, 40 steps of it
+        v[-1] = 1.0
+        for _ in range(400):
+            v = np.append(v[1:], v[-1] - delay / 40 * D[joint] / least[joint] * v[0])
+        assert abs(v[-1]) < 0.1
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_sinking_is_damped_stably_in_every_posture_whatever_touches(name, rng):
     """dv/dt = -W D v(t - late) of all joints at once, stepped; free, and with random contacts.
@@ -87,7 +105,7 @@ def test_sinking_is_damped_stably_in_every_posture_whatever_touches(name, rng):
     The damping of half-sitting would be lost there: it is the posture of the moment that counts.
     """
     robot, late, lost = get_robot(name), 0.0065, 0
-    fixed = damping_of_all(inertia_matrix(robot, robot.q_half_sitting), 6, late)
+    fixed = joint_damping(robot, robot.q_half_sitting, late)
     for q in random_postures(robot, robot.q_half_sitting, 4, seed=3):
         M = inertia_matrix(robot, q)
         W = np.linalg.inv(M)[6:, 6:]

@@ -30,7 +30,8 @@ from equipoise.robots import Robot
 from equipoise.robots.dynamics import JointDynamics
 from equipoise.spatial import Array
 
-TOGETHER = 0.8  # of 1 / delay, by all joints; dv/dt = -W D v(t - delay) is lost at pi/2
+DAMPING_SHARE = 0.4  # of I / delay; the loop dv/dt = -(D/I) v(t - delay) is lost at pi/2
+TOGETHER = 0.8  # the same of all joints together, in the posture of the moment
 REACTION_TIME = 4.0  # of the delay: how slowly the law looks at the floor's reaction
 FORCE_LAYER = 0.5  # [N] within which the force of a hand is regulated without a jump
 FILTER_LAG = 0.6  # of the time constant of the filter behind which a lost base is seen
@@ -207,6 +208,16 @@ class SafeHold:
         self._blind = state["blind"]
         self._law.gains = self._gains(self._q, blind=self._blind)
         self._law.restore(state["law"])
+
+
+def joint_damping(robot: Robot, q: Array, delay: float) -> Array:
+    """Return the damping (na,) [N m s/rad] that each joint bears at a delay [s], all others free.
+
+    A share of I / delay with I = 1 / (M^-1)_jj, the least inertia that the joint can meet, so that
+    the same damping is stable whatever the feet touch.
+    """
+    least = 1.0 / np.diag(np.linalg.inv(inertia_matrix(robot, q)))
+    return DAMPING_SHARE * least[robot.nv_base :] / delay
 
 
 def damping_of_all(M: Array, base: int, late: float) -> Array:
